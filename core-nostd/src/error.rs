@@ -32,6 +32,11 @@ pub enum Error {
     },
     /// Nothing to work with: no samples, no landmarks.
     Empty,
+    /// A sample breaks a rule: its normal has not unit length.
+    BadSample {
+        /// Its position among the samples.
+        index: u32,
+    },
     /// The output slice is too short.
     OutputTooSmall {
         /// Elements that were needed.
@@ -130,6 +135,7 @@ pub enum Code {
     NotFinite = 103,
     BadOption = 104,
     Empty = 105,
+    BadSample = 106,
     OutputTooSmall = 201,
     WorkspaceTooSmall = 202,
     Truncated = 301,
@@ -157,6 +163,7 @@ impl Error {
             Error::NotFinite { .. } => Code::NotFinite,
             Error::BadOption { .. } => Code::BadOption,
             Error::Empty => Code::Empty,
+            Error::BadSample { .. } => Code::BadSample,
             Error::OutputTooSmall { .. } => Code::OutputTooSmall,
             Error::WorkspaceTooSmall { .. } => Code::WorkspaceTooSmall,
             Error::Truncated { .. } => Code::Truncated,
@@ -184,6 +191,7 @@ impl fmt::Display for Error {
             Error::IndexOutOfRange { index, limit } => write!(f, "index {index} is not below {limit}"),
             Error::NotFinite { index } => write!(f, "value {index} is not finite"),
             Error::BadOption { option } => write!(f, "option {option} is outside its allowed values"),
+            Error::BadSample { index } => write!(f, "sample {index} has a normal that is not of unit length"),
             Error::Empty => f.write_str("nothing to work with: no samples were given"),
             Error::OutputTooSmall { needed, given } => {
                 write!(f, "the output holds {given} values, {needed} are needed")

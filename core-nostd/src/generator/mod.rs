@@ -1,0 +1,168 @@
+//! Generators `F(w): R^d -> R^3n` (Wuhrer, eq. 8.1): everything that consumes a model is written against [`Generator`].
+//!
+//! Vertices come in blocks of [`LANES`]: vertex `v` is lane `v % LANES` of block `v / LANES`, and a block holds x of its vertices, then y,
+//! then z. That is how coefficients are stored, and why kernels vectorise over vertices on every target: each lane sums its terms in
+//! the same order whatever the vector width, so all targets give the same bits.
+//!
+//! [`bilinear`] is eq. 8.2 and 12.1; [`prepared`] are its forms with one of the two groups of weights fixed.
+
+pub mod bilinear;
+pub mod block;
+pub mod prepared;
+
+use core::hint::black_box;
+use core::ops::Range;
+
+use crate::Error;
+use crate::format::limits::MAX_WEIGHT;
+use crate::workspace::{check_len, saturated};
+pub use block::{Block, LANES, NUMBERS};
+
+/// The weights `w = (w_id, w_pose)` of a generator.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weights<'a> {
+    /// Identity weights, `identity_dim`.
+    pub identity: &'a [f32],
+    /// Pose weights (expression or posture), `pose_dim`.
+    pub pose: &'a [f32],
+}
+
+impl Weights<'_> {
+    /// `Ok` when the lengths are right and every weight is a number of magnitude at most 1e9.
+    ///
+    /// Errors: `DimensionMismatch`, `NotFinite` (index counted over identity, then pose).
+    pub fn check(&self, identity_dim: usize, pose_dim: usize) -> Result<(), Error> {
+        check_len(identity_dim, self.identity.len())?;
+        check_len(pose_dim, self.pose.len())?;
+        match self.identity.iter().chain(self.pose).position(|weight| !(weight.abs() <= MAX_WEIGHT)) {
+            Some(index) => Err(Error::NotFinite { index: saturated(index) }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A deformation model: vertex positions and their derivatives as a function of weights.
+///
+/// The methods ending in `_unchecked` trust that the weights have passed [`Weights::check`]; with others they give numbers without
+/// meaning, but neither panic nor leave the model.
+pub trait Generator {
+    /// Number of vertices n.
+    fn vertex_count(&self) -> usize;
+    /// Number of identity weights; 0 in a form whose identity is fixed.
+    fn identity_dim(&self) -> usize;
+    /// Number of pose weights; 0 in a form whose pose is fixed.
+    fn pose_dim(&self) -> usize;
+
+    /// Positions of the vertices of one block, millimetres; `None` beyond the last block.
+    fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block>;
+
+    /// As [`Generator::block_unchecked`], with the derivatives by each weight (identity first) in `jacobian`, which holds at least
+    /// `identity_dim + pose_dim` blocks as [`Block::store`] lays them. The positions have the same bits.
+    fn linearised_block_unchecked(
+        &self,
+        weights: Weights<'_>,
+        block: usize,
+        jacobian: &mut [[f32; NUMBERS]],
+    ) -> Option<Block>;
+
+    /// One vertex of [`Generator::block_unchecked`], same bits.
+    fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]>;
+
+    /// One vertex of [`Generator::linearised_block_unchecked`], same bits; `jacobian` holds at least `identity_dim + pose_dim` entries.
+    fn linearised_vertex_unchecked(
+        &self,
+        weights: Weights<'_>,
+        vertex: usize,
+        jacobian: &mut [[f32; 3]],
+    ) -> Option<[f32; 3]>;
+
+    /// Number of weights.
+    fn dim(&self) -> usize {
+        self.identity_dim() + self.pose_dim()
+    }
+
+    /// Number of blocks of vertices.
+    fn block_count(&self) -> usize {
+        self.vertex_count().div_ceil(LANES)
+    }
+
+    /// Writes the positions of a range of vertices (eq. 8.1).
+    ///
+    /// | argument | shape | unit |
+    /// |---|---|---|
+    /// | `weights` | `identity_dim`, `pose_dim` | the model's (see `Gaussian` for standard deviations) |
+    /// | `vertices` | within `0..n` | |
+    /// | `out` | `3 * vertices.len()`, xyz interleaved | millimetres; wholly overwritten, untouched on error |
+    ///
+    /// Cost: time and memory traffic in proportion to the range; no workspace. Any split into ranges gives the same bits; multiples of
+    /// [`LANES`] avoid double work.
+    /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`. Panics: never.
+    #[inline(always)]
+    fn evaluate(&self, weights: Weights<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
+        weights.check(self.identity_dim(), self.pose_dim())?;
+        let n = self.vertex_count();
+        if vertices.start > vertices.end || vertices.end > n {
+            return Err(Error::IndexOutOfRange {
+                index: saturated(vertices.end.max(vertices.start)),
+                limit: saturated(n),
+            });
+        }
+        check_len((vertices.end - vertices.start).saturating_mul(3), out.len())?;
+        let mut rest = out;
+        let mut vertex = vertices.start;
+        while vertex < vertices.end {
+            let block = vertex / LANES;
+            let lane = vertex % LANES;
+            let count = (LANES - lane).min(vertices.end - vertex);
+            let Some((piece, behind)) = rest.split_at_mut_checked(3 * count) else { break };
+            if let Some(values) = self.block_unchecked(weights, block) {
+                // Through memory: otherwise LLVM keeps the sums in the interleaved order and shuffles every coefficient instead.
+                black_box(&values).write_interleaved(lane, piece);
+            }
+            rest = behind;
+            vertex += count;
+        }
+        Ok(())
+    }
+
+    /// Writes the positions of a range of blocks and their derivatives by every weight, in one pass over the model.
+    ///
+    /// | argument | shape | unit |
+    /// |---|---|---|
+    /// | `weights` | `identity_dim`, `pose_dim` | the model's |
+    /// | `blocks` | within `0..block_count` | |
+    /// | `values` | `blocks.len()`, 3, [`LANES`] | millimetres; x of a block's vertices, then y, then z |
+    /// | `jacobian` | `blocks.len()`, `dim`, 3, [`LANES`] | millimetres per weight: identity weights first |
+    ///
+    /// Both outputs are wholly overwritten, untouched on error. The positions have the bits of [`Generator::evaluate`]; lanes behind the last
+    /// vertex hold what the file's padding gives, zero in a file of ours.
+    /// Cost: one pass over the coefficients of the range; no workspace. Any split into ranges gives the same bits.
+    /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`. Panics: never.
+    #[inline(always)]
+    fn linearise(
+        &self,
+        weights: Weights<'_>,
+        blocks: Range<usize>,
+        values: &mut [f32],
+        jacobian: &mut [f32],
+    ) -> Result<(), Error> {
+        weights.check(self.identity_dim(), self.pose_dim())?;
+        let limit = self.block_count();
+        if blocks.start > blocks.end || blocks.end > limit {
+            let index = saturated(blocks.end.max(blocks.start));
+            return Err(Error::IndexOutOfRange { index, limit: saturated(limit) });
+        }
+        let numbers = (blocks.end - blocks.start).saturating_mul(NUMBERS);
+        check_len(numbers, values.len())?;
+        check_len(numbers.saturating_mul(self.dim()), jacobian.len())?;
+        let mut rest = jacobian.as_chunks_mut().0;
+        for (block, value) in blocks.zip(values.as_chunks_mut().0) {
+            let Some((columns, behind)) = rest.split_at_mut_checked(self.dim()) else { break };
+            if let Some(block) = self.linearised_block_unchecked(weights, block, columns) {
+                block.store(value);
+            }
+            rest = behind;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,19 @@
+//! Small dense linear algebra on the caller's slices: row-major, square, without panics and with bounded work.
+
+pub mod cholesky;
+pub mod symmetric_eigen;
+
+use crate::Real;
+
+/// Entry `i`, or zero outside: lengths are checked at the top of each function, this only spares the compiler a panic path.
+#[inline(always)]
+pub(crate) fn at<R: Real>(slice: &[R], i: usize) -> R {
+    slice.get(i).copied().unwrap_or(R::ZERO)
+}
+
+#[inline(always)]
+pub(crate) fn set<R: Real>(slice: &mut [R], i: usize, value: R) {
+    if let Some(entry) = slice.get_mut(i) {
+        *entry = value;
+    }
+}

@@ -1,0 +1,110 @@
+//! `f32` and `f64` behind one sealed trait: the only door to elementary functions.
+//!
+//! They come from `libm` on every target, so that a host, a browser and a Cortex-M compute the same bits. The methods of
+//! `std` are not available here by construction (`no_std`).
+
+use core::fmt::Debug;
+use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// A real number of the solvers: `f32` or `f64`.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Debug
+    + Default
+    + PartialEq
+    + PartialOrd
+    + Add<Output = Self>
+    + AddAssign
+    + Sub<Output = Self>
+    + SubAssign
+    + Mul<Output = Self>
+    + MulAssign
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Distance from 1 to the next larger number.
+    const EPSILON: Self;
+    /// Largest finite number.
+    const MAX: Self;
+
+    /// The nearest number of this type.
+    fn from_f64(value: f64) -> Self;
+    /// Magnitude.
+    fn abs(self) -> Self;
+    /// Correctly rounded square root.
+    fn sqrt(self) -> Self;
+    /// Sine of radians.
+    fn sin(self) -> Self;
+    /// Cosine of radians.
+    fn cos(self) -> Self;
+    /// Exponential function.
+    fn exp(self) -> Self;
+    /// Neither NaN nor infinite.
+    fn is_finite(self) -> bool;
+
+    /// The larger of two numbers; the other one when one is NaN.
+    #[allow(clippy::eq_op)]
+    fn max(self, other: Self) -> Self {
+        if self > other || other != other { self } else { other }
+    }
+
+    /// The smaller of two numbers; the other one when one is NaN.
+    #[allow(clippy::eq_op)]
+    fn min(self, other: Self) -> Self {
+        if self < other || other != other { self } else { other }
+    }
+}
+
+macro_rules! real {
+    ($t:ident, $abs:ident, $sqrt:ident, $sin:ident, $cos:ident, $exp:ident) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $t::EPSILON;
+            const MAX: Self = $t::MAX;
+
+            #[inline]
+            fn from_f64(value: f64) -> Self {
+                value as $t
+            }
+            #[inline]
+            fn abs(self) -> Self {
+                libm::$abs(self)
+            }
+            #[inline]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+            #[inline]
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+            #[inline]
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
+            #[inline]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+            #[inline]
+            fn is_finite(self) -> bool {
+                $t::is_finite(self)
+            }
+        }
+    };
+}
+
+real!(f32, fabsf, sqrtf, sinf, cosf, expf);
+real!(f64, fabs, sqrt, sin, cos, exp);

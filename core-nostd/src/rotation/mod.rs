@@ -1,0 +1,4 @@
+//! Rotations and the similarity transforms that place a model in the frame of a scan.
+
+pub mod axis_angle;
+pub mod similarity;

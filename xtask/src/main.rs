@@ -1,3 +1,0 @@
-//! Developer commands: `cargo xtask COMMAND`.
-
-fn main() {}
