@@ -1,0 +1,210 @@
+//! The header of a PLY file: how the values are written, and which elements with which properties follow.
+
+use std::path::Path;
+
+use crate::io::text::{integer, numbered_lines, shown, words};
+use crate::{Error, Place};
+
+/// How values are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Text,
+    LittleEndian,
+    BigEndian,
+}
+
+/// The type of one value.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    /// The type of either spelling: the original names, or those with their number of bits.
+    fn named(name: &[u8]) -> Option<Self> {
+        Some(match name {
+            b"char" | b"int8" => Scalar::I8,
+            b"uchar" | b"uint8" => Scalar::U8,
+            b"short" | b"int16" => Scalar::I16,
+            b"ushort" | b"uint16" => Scalar::U16,
+            b"int" | b"int32" => Scalar::I32,
+            b"uint" | b"uint32" => Scalar::U32,
+            b"float" | b"float32" => Scalar::F32,
+            b"double" | b"float64" => Scalar::F64,
+            _ => return None,
+        })
+    }
+
+    pub(super) fn n_bytes(self) -> usize {
+        match self {
+            Scalar::I8 | Scalar::U8 => 1,
+            Scalar::I16 | Scalar::U16 => 2,
+            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
+            Scalar::F64 => 8,
+        }
+    }
+}
+
+/// One property of an element.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Property {
+    pub name: Vec<u8>,
+    /// The type of the value, or of each value of the list.
+    pub scalar: Scalar,
+    /// The type of the number in front of a list; `None` for a single value.
+    pub list: Option<Scalar>,
+}
+
+/// A run of records of the same properties.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Element {
+    pub name: Vec<u8>,
+    pub count: u64,
+    pub properties: Vec<Property>,
+}
+
+impl Element {
+    /// The fewest bytes that a record takes: as text, a digit and a separator for each value.
+    pub(super) fn least_bytes(&self, encoding: Encoding) -> usize {
+        let of = |property: &Property| match encoding {
+            Encoding::Text => 2,
+            _ => property.list.unwrap_or(property.scalar).n_bytes(),
+        };
+        self.properties.iter().map(of).sum()
+    }
+}
+
+/// The header and where the values begin.
+#[derive(Debug)]
+pub(super) struct Header {
+    pub encoding: Encoding,
+    pub elements: Vec<Element>,
+    /// The byte behind `end_header` and its line feed.
+    pub body: usize,
+    /// The line on which that byte lies.
+    pub body_line: usize,
+}
+
+/// Reads the header at the beginning of `bytes`.
+pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
+    let malformed = |line, problem: String| Error::malformed(path, Place::Line(line), problem);
+    let mut encoding = None;
+    let mut elements: Vec<Element> = Vec::new();
+    let mut last = 1;
+    for (line, text) in numbered_lines(bytes) {
+        last = line;
+        let words: Vec<&[u8]> = words(text).take(6).collect();
+        if line == 1 {
+            if words != [b"ply"] {
+                return Err(malformed(line, "a PLY file begins with a line \"ply\"; this one does not".into()));
+            }
+            continue;
+        }
+        match words[..] {
+            [] | [b"comment" | b"obj_info", ..] => {}
+            [b"format", name, ..] => {
+                encoding = Some(match name {
+                    b"ascii" => Encoding::Text,
+                    b"binary_little_endian" => Encoding::LittleEndian,
+                    b"binary_big_endian" => Encoding::BigEndian,
+                    _ => return Err(malformed(line, format!("the format {:?} is not known", shown(name)))),
+                });
+            }
+            [b"element", name, count] => {
+                let count = integer(count).ok_or_else(|| {
+                    malformed(line, format!("{:?} where a number of elements is expected", shown(count)))
+                })?;
+                if elements.iter().any(|element| element.name == name) {
+                    return Err(malformed(line, format!("a second element {:?}", shown(name))));
+                }
+                elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
+            }
+            [b"property", ref rest @ ..] => {
+                let property = property(rest).map_err(|problem| malformed(line, problem))?;
+                let Some(element) = elements.last_mut() else {
+                    return Err(malformed(line, "a property before the first element".into()));
+                };
+                element.properties.push(property);
+            }
+            [b"end_header"] => {
+                let encoding = encoding.ok_or_else(|| malformed(line, "the header has no line \"format\"".into()))?;
+                // The lines are slices of the bytes: the body follows this one and its line feed.
+                let end = line_end(bytes, line);
+                return Ok(Header { encoding, elements, body: end, body_line: line + 1 });
+            }
+            [word, ..] => {
+                let problem = format!("{:?} is no line of a PLY header; format, element or property is", shown(word));
+                return Err(malformed(line, problem));
+            }
+        }
+    }
+    Err(malformed(last, "the header does not end with \"end_header\": is the file truncated?".into()))
+}
+
+fn property(words: &[&[u8]]) -> Result<Property, String> {
+    let scalar = |name: &[u8]| Scalar::named(name).ok_or_else(|| format!("the type {:?} is not known", shown(name)));
+    match *words {
+        [b"list", count, value, name] => {
+            let list = scalar(count)?;
+            if matches!(list, Scalar::F32 | Scalar::F64) {
+                return Err(format!("a list length of type {:?}; an integer is expected", shown(count)));
+            }
+            Ok(Property { name: name.to_vec(), scalar: scalar(value)?, list: Some(list) })
+        }
+        [value, name] => Ok(Property { name: name.to_vec(), scalar: scalar(value)?, list: None }),
+        _ => Err("a property is written \"property TYPE NAME\" or \"property list TYPE TYPE NAME\"".into()),
+    }
+}
+
+/// The byte behind the line feed of the line of this number.
+fn line_end(bytes: &[u8], line: usize) -> usize {
+    let feeds = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);
+    feeds.into_iter().nth(line - 1).unwrap_or(bytes.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &str) -> String {
+        header(text.as_bytes(), Path::new("t.ply")).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn both_spellings_and_line_ends_are_read() {
+        let text = "ply\r\nformat ascii 1.0\r\ncomment a\r\nelement vertex 3\r\nproperty uint8 a\r\n\
+                    property list uchar int32 b\r\nend_header\r\nX";
+        let header = header(text.as_bytes(), Path::new("t.ply")).expect("a header");
+        assert_eq!((header.encoding, &text[header.body..], header.body_line), (Encoding::Text, "X", 8));
+        let [element] = &header.elements[..] else { panic!("one element") };
+        assert_eq!((element.count, element.properties[0].scalar), (3, Scalar::U8));
+        assert_eq!(element.properties[1].list, Some(Scalar::U8));
+        assert_eq!(element.least_bytes(Encoding::BigEndian), 2);
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, message) in [
+            ("", "line 1: a PLY file begins"),
+            ("ply\nformat ascii 1.0\n", "line 3: the header does not end"),
+            ("ply\nend_header\n", "line 2: the header has no line \"format\""),
+            ("ply\nformat text 1.0\n", "the format \"text\" is not known"),
+            ("ply\nelement vertex -1\n", "\"-1\" where a number of elements"),
+            ("ply\nelement a 1\nelement a 1\n", "line 3: a second element \"a\""),
+            ("ply\nproperty float x\n", "a property before the first element"),
+            ("ply\nelement a 1\nproperty half x\n", "the type \"half\" is not known"),
+            ("ply\nelement a 1\nproperty list float int x\n", "a list length of type \"float\""),
+            ("ply\nelement a 1\nproperty float\n", "a property is written"),
+            ("ply\nhello\n", "line 2: \"hello\" is no line of a PLY header"),
+        ] {
+            assert!(error(text).contains(message), "{text:?}: {}", error(text));
+        }
+    }
+}
