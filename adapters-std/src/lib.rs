@@ -7,5 +7,7 @@
 pub mod error;
 pub mod io;
 pub mod mesh;
+pub mod report;
+pub mod synth;
 
 pub use error::{Error, Place};
