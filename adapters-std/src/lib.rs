@@ -4,9 +4,15 @@
 //! `measure` tells how good it is, `report` shows it; the model itself is evaluated and fitted by `habitus_core`.
 #![forbid(unsafe_code)]
 
+mod dense;
 pub mod error;
+pub mod evaluate;
+pub mod face;
+pub mod generate;
 pub mod io;
+pub mod measure;
 pub mod mesh;
+pub mod register;
 pub mod report;
 pub mod synth;
 

@@ -1,0 +1,225 @@
+//! The kernel at the speed of the host: eq. 8.1 and its derivatives with the vector width chosen at run time, and over threads.
+//!
+//! `habitus_core` is compiled for the smallest processor of a target; its kernels are inlined here into functions that are compiled once more for
+//! wider vectors ([`pulp`]). Each lane sums in the order of the kernel and no operation is fused, so the bits are those of the kernel,
+//! whatever the width and the number of threads. Errors are the kernel's.
+
+use std::ops::Range;
+
+use habitus_core::Error;
+use habitus_core::fit::{self, FitOptions, FitReport, Frame, Samples};
+use habitus_core::format::Mode;
+use habitus_core::generator::bilinear::Bilinear;
+use habitus_core::generator::prepared::{self, Prepared};
+use habitus_core::generator::{Generator, LANES, NUMBERS, Weights};
+use habitus_core::rotation::similarity::Similarity;
+use pulp::NullaryFnOnce;
+
+/// Defines a function whose body is compiled for every vector width and chosen at run time.
+///
+/// The body is a method that must be inlined, not a closure: a closure that the compiler leaves alone would keep the narrow width.
+macro_rules! dispatched {
+    (
+        $(#[$attribute:meta])*
+        pub fn $name:ident [$($generics:tt)*] [$($uses:tt)*] ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
+    ) => {
+        $(#[$attribute])*
+        #[allow(clippy::too_many_arguments)]
+        pub fn $name<$($generics)*>($($argument: $type),*) -> $output {
+            struct Call<$($generics)*> { $($argument: $type),* }
+            impl<$($generics)*> NullaryFnOnce for Call<$($uses)*> {
+                type Output = $output;
+                #[inline(always)]
+                fn call(self) -> $output {
+                    let Call { $($argument),* } = self;
+                    $body
+                }
+            }
+            widest(Call { $($argument),* })
+        }
+    };
+}
+
+/// Runs a call with the widest vectors that pay: 512 bits, 256 bits, or those of the target.
+fn widest<C: NullaryFnOnce>(call: C) -> C::Output {
+    pulp::Arch::new().dispatch(call)
+}
+
+dispatched! {
+    /// [`Generator::evaluate`] on one thread.
+    pub fn evaluate['a, G: Generator]['a, G](
+        generator: &'a G,
+        weights: Weights<'a>,
+        vertices: Range<usize>,
+        out: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate(weights, vertices, out)
+    }
+}
+
+dispatched! {
+    /// [`Generator::linearise`] on one thread: values and Jacobian of a range of blocks, `[block][column][3][16]`.
+    pub fn linearise['a, G: Generator]['a, G](
+        generator: &'a G,
+        weights: Weights<'a>,
+        blocks: Range<usize>,
+        values: &'a mut [f32],
+        jacobian: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.linearise(weights, blocks, values, jacobian)
+    }
+}
+
+dispatched! {
+    /// [`Prepared::new`] on one thread; the result is evaluated by [`evaluate`] and [`linearise`].
+    pub fn prepared['a, 'm, 'w]['a, 'm, 'w](
+        generator: &'a Bilinear<'m>,
+        fixed: Mode,
+        weights: &'a [f32],
+        blocks: Range<usize>,
+        workspace: &'w mut [f32],
+    ) -> Result<Prepared<'w>, Error> {
+        Prepared::new(generator, fixed, weights, blocks, workspace)
+    }
+}
+
+dispatched! {
+    /// [`fit::normal_equations()`] on one thread: its sums over samples have one order.
+    pub fn normal_equations['a, G: Generator, S: Samples + ?Sized]['a, G, S](
+        generator: &'a G,
+        weights: Weights<'a>,
+        samples: &'a S,
+        placement: &'a Similarity<f32>,
+        frame: Frame,
+        jtj: &'a mut [f32],
+        jtr: &'a mut [f32],
+        workspace: &'a mut [f32],
+    ) -> Result<f32, Error> {
+        fit::normal_equations(generator, weights, samples, placement, frame, jtj, jtr, workspace)
+    }
+}
+
+dispatched! {
+    /// [`fit::fit_points()`] on one thread.
+    pub fn fit_points['a, 'p, G: Generator, S: Samples + ?Sized]['a, 'p, G, S](
+        generator: &'a G,
+        samples: &'a S,
+        options: &'a FitOptions<'p>,
+        identity: &'a mut [f32],
+        pose: &'a mut [f32],
+        placement: &'a mut Similarity<f32>,
+        workspace: &'a mut [f32],
+    ) -> Result<FitReport, Error> {
+        fit::fit_points(generator, samples, options, identity, pose, placement, workspace)
+    }
+}
+
+/// [`evaluate`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
+///
+/// Each thread takes one range of whole blocks of [`LANES`] vertices. Errors: as [`Generator::evaluate`]; `out` is untouched then.
+pub fn evaluate_parallel<G: Generator + Sync>(
+    generator: &G,
+    weights: Weights<'_>,
+    vertices: Range<usize>,
+    out: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
+    let fits = vertices.start <= vertices.end && 3 * vertices.len() == out.len();
+    if threads < 2 || !fits || vertices.end > generator.vertex_count() {
+        return evaluate(generator, weights, vertices, out);
+    }
+    weights.check(generator.identity_dim(), generator.pose_dim())?;
+    let blocks = vertices.start / LANES..vertices.end.div_ceil(LANES);
+    let mut rest = out;
+    let parts = split(blocks, threads).map(|part| {
+        let range = vertices.start.max(LANES * part.start)..vertices.end.min(LANES * part.end);
+        let (piece, behind) = std::mem::take(&mut rest).split_at_mut(3 * range.len());
+        rest = behind;
+        (range, piece)
+    });
+    on_threads(parts.collect(), |(range, piece)| evaluate(generator, weights, range, piece))
+}
+
+/// [`linearise`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
+///
+/// Errors: as [`Generator::linearise`]; the outputs are untouched then.
+pub fn linearise_parallel<G: Generator + Sync>(
+    generator: &G,
+    weights: Weights<'_>,
+    blocks: Range<usize>,
+    values: &mut [f32],
+    jacobian: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
+    let dim = generator.dim();
+    let numbers = NUMBERS * blocks.len();
+    let fits = blocks.start <= blocks.end && values.len() == numbers && jacobian.len() == numbers * dim;
+    if threads < 2 || !fits || blocks.end > generator.block_count() {
+        return linearise(generator, weights, blocks, values, jacobian);
+    }
+    weights.check(generator.identity_dim(), generator.pose_dim())?;
+    let mut rest = (values, jacobian);
+    let parts = split(blocks, threads).map(|part| {
+        let (values, jacobian) = std::mem::take(&mut rest);
+        let (value, values_behind) = values.split_at_mut(NUMBERS * part.len());
+        let (columns, jacobian_behind) = jacobian.split_at_mut(NUMBERS * dim * part.len());
+        rest = (values_behind, jacobian_behind);
+        (part, value, columns)
+    });
+    on_threads(parts.collect(), |(part, value, columns)| linearise(generator, weights, part, value, columns))
+}
+
+/// [`prepared()`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
+///
+/// Errors: as [`Prepared::new`].
+pub fn prepared_parallel<'w>(
+    generator: &Bilinear<'_>,
+    fixed: Mode,
+    weights: &[f32],
+    blocks: Range<usize>,
+    workspace: &'w mut [f32],
+    threads: usize,
+) -> Result<Prepared<'w>, Error> {
+    let needed = prepared::prepared_req(generator, fixed, &blocks).numbers();
+    let fits = blocks.start <= blocks.end && blocks.end <= generator.block_count() && needed <= workspace.len();
+    if threads < 2 || !fits {
+        return prepared(generator, fixed, weights, blocks, workspace);
+    }
+    let mut rest = &mut workspace[..needed];
+    let parts = split(blocks.clone(), threads).map(|part| {
+        let numbers = prepared::prepared_req(generator, fixed, &part).numbers();
+        let (piece, behind) = std::mem::take(&mut rest).split_at_mut(numbers);
+        rest = behind;
+        (part, piece)
+    });
+    on_threads(parts.collect(), |(part, piece)| prepared(generator, fixed, weights, part, piece).map(|_| ()))?;
+    Prepared::of_numbers(generator, fixed, blocks, workspace)
+}
+
+/// `count` ranges of nearly the same length, in order.
+fn split(blocks: Range<usize>, count: usize) -> impl Iterator<Item = Range<usize>> {
+    let n = blocks.len();
+    let edge = move |k: usize| blocks.start + n * k / count;
+    (0..count).map(move |k| edge(k)..edge(k + 1)).filter(|part| !part.is_empty())
+}
+
+/// Runs `work` on every part, the first on this thread; the first error in the order of the parts.
+fn on_threads<P: Send>(parts: Vec<P>, work: impl Fn(P) -> Result<(), Error> + Sync) -> Result<(), Error> {
+    let mut results = vec![Ok(()); parts.len()];
+    let work = &work;
+    rayon::in_place_scope(|scope| {
+        let mut pairs = parts.into_iter().zip(&mut results);
+        let own = pairs.next();
+        for (part, result) in pairs {
+            scope.spawn(move |_| *result = work(part));
+        }
+        if let Some((part, result)) = own {
+            *result = work(part);
+        }
+    });
+    results.into_iter().collect()
+}
+
+#[cfg(test)]
+#[path = "evaluate_tests.rs"]
+mod tests;

@@ -1,0 +1,125 @@
+//! What a model file is made of, before it is laid out as `.hab` sections.
+
+use crate::Error;
+use crate::face::bilinear_form::BilinearForm;
+use crate::face::multilinear::MultilinearModel;
+use habitus_core::format::{Header, Kind};
+
+/// Coefficients of a bilinear generator, in either of its two forms.
+#[derive(Debug, Clone, Copy)]
+pub enum Coefficients<'a> {
+    /// Equation 12.1: mean and core tensor.
+    Multilinear(&'a MultilinearModel),
+    /// Equation 8.2 with both linear terms.
+    Bilinear(&'a BilinearForm),
+}
+
+impl Coefficients<'_> {
+    /// Counts of the file that will hold them.
+    ///
+    /// Errors: a count beyond `u32`.
+    pub fn header(&self) -> Result<Header, Error> {
+        let (coordinates, identity, pose, linear) = match self {
+            Coefficients::Multilinear(model) => (model.mean.len(), model.identity.dim, model.expression.dim, false),
+            Coefficients::Bilinear(form) => (form.offset.len(), form.identity_dim(), form.pose_dim(), true),
+        };
+        let count = |value: usize| {
+            u32::try_from(value).map_err(|_| Error::input(format!("a count of {value} does not fit a model file")))
+        };
+        Ok(Header {
+            kind: Kind::Bilinear,
+            n_vertices: count(coordinates / 3)?,
+            identity_dim: count(identity)?,
+            pose_dim: count(pose)?,
+            identity_linear: linear,
+            pose_linear: linear,
+        })
+    }
+
+    /// The terms of equation 8.2 in the order of the file, `3 n_vertices` coordinates each.
+    pub fn terms(&self) -> Vec<&[f64]> {
+        match self {
+            Coefficients::Multilinear(model) => {
+                let (d_id, d_pose) = (model.identity.dim, model.expression.dim);
+                let bilinear = (0..d_id).flat_map(|i| (0..d_pose).map(move |j| model.core_block(i, j)));
+                std::iter::once(&model.mean[..]).chain(bilinear).collect()
+            }
+            Coefficients::Bilinear(form) => {
+                let len = form.offset.len();
+                let (d_id, d_pose) = (form.identity_dim(), form.pose_dim());
+                let mut terms = vec![&form.offset[..]];
+                terms.extend(form.pose_linear.chunks_exact(len));
+                for i in 0..d_id {
+                    terms.push(&form.identity_linear[i * len..][..len]);
+                    terms.extend((0..d_pose).map(|j| &form.bilinear[(j * d_id + i) * len..][..len]));
+                }
+                terms
+            }
+        }
+    }
+}
+
+/// Distribution of the weights of a mode over the training data.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ModePrior {
+    /// Mean of the weights.
+    pub mean: Vec<f64>,
+    /// Standard deviation by which each weight is measured.
+    pub scale: Vec<f64>,
+    /// Inverse covariance, `d x d`.
+    pub precision: Vec<f64>,
+}
+
+/// Everything that a model file holds.
+#[derive(Debug, Clone)]
+pub struct ModelSource<'a> {
+    /// The generator.
+    pub coefficients: Coefficients<'a>,
+    /// Triangles, or none.
+    pub faces: Vec<[u32; 3]>,
+    /// Vertex of each landmark, or none.
+    pub landmarks: Vec<u32>,
+    /// Name of each landmark, or none.
+    pub landmark_names: Vec<String>,
+    /// Vertex of the other side for each vertex, or none.
+    pub mirror: Vec<u32>,
+    /// Prior of the identity weights.
+    pub identity_prior: ModePrior,
+    /// Prior of the pose weights.
+    pub pose_prior: ModePrior,
+    /// Pose weights of each training expression, one row after another.
+    pub pose_starts: Vec<f64>,
+    /// Name of each of these rows, or none.
+    pub pose_names: Vec<String>,
+    /// Eigenvalues of the identity mode before truncation, mm^2.
+    pub identity_spectrum: Vec<f64>,
+    /// Eigenvalues of the pose mode before truncation, mm^2.
+    pub pose_spectrum: Vec<f64>,
+    /// Where the model comes from.
+    pub provenance: String,
+}
+
+impl<'a> ModelSource<'a> {
+    /// A trained multilinear model with its priors, starts and spectra, without topology.
+    pub fn of_multilinear(model: &'a MultilinearModel) -> Self {
+        let prior = |mode: &crate::face::multilinear::Mode| ModePrior {
+            mean: mode.weights.mean.clone(),
+            scale: vec![mode.weights.scale(); mode.dim],
+            precision: mode.weights.precision(),
+        };
+        ModelSource {
+            coefficients: Coefficients::Multilinear(model),
+            faces: Vec::new(),
+            landmarks: Vec::new(),
+            landmark_names: Vec::new(),
+            mirror: Vec::new(),
+            identity_prior: prior(&model.identity),
+            pose_prior: prior(&model.expression),
+            pose_starts: (0..model.expression.count).flat_map(|row| model.expression.row(row)).collect(),
+            pose_names: Vec::new(),
+            identity_spectrum: model.identity.eigenvalues.clone(),
+            pose_spectrum: model.expression.eigenvalues.clone(),
+            provenance: String::new(),
+        }
+    }
+}

@@ -1,0 +1,8 @@
+//! How good a model is.
+
+pub mod compactness;
+pub mod generalization;
+pub mod kernel_fit;
+pub mod specificity;
+pub mod unseen;
+pub mod vertex_error;

@@ -1,0 +1,4 @@
+//! Bringing shapes into one coordinate frame.
+
+pub mod gpa;
+pub mod rigid;
