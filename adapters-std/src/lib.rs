@@ -4,6 +4,8 @@
 //! `measure` tells how good it is, `report` shows it; the model itself is evaluated and fitted by `habitus_core`.
 #![forbid(unsafe_code)]
 
+pub mod cli;
+pub mod demo;
 mod dense;
 pub mod error;
 pub mod evaluate;

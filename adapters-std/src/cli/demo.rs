@@ -1,0 +1,51 @@
+//! `habitus demo`: everything from nothing.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Console;
+use crate::Error;
+use crate::demo::{self, DemoOptions};
+
+/// Arguments of `demo`.
+#[derive(Debug, Args)]
+pub(super) struct DemoArgs {
+    /// Folder to write
+    #[arg(short, long, default_value = "habitus-demo", value_name = "DIR")]
+    output: PathBuf,
+    /// People to learn from
+    #[arg(long, default_value_t = DemoOptions::default().identities as u32, value_parser = clap::value_parser!(u32).range(2..=10_000))]
+    identities: u32,
+    /// Seed
+    #[arg(long, default_value_t = DemoOptions::default().seed)]
+    seed: u64,
+}
+
+pub(super) fn run(args: &DemoArgs, console: &Console) -> Result<(), Error> {
+    let options = DemoOptions { identities: args.identities as usize, seed: args.seed, ..DemoOptions::default() };
+    let figures = demo::run(&options, &args.output, &mut |stage| console.say(&format!("{stage} ...")))?;
+    let text = format!(
+        "This population is procedural: no person was scanned.\n\
+         {} people x {} expressions, {} vertices -> face.hab, {} + {} weights, {} bytes\n\
+         mean vertex error, mm\n\
+         \x20 training faces reproduced             {:.3}\n\
+         \x20 unseen faces, mean face placed        {:.3}\n\
+         \x20 unseen faces, fitted to 13 landmarks  {:.3}\n\
+         \x20 unseen faces, fitted to all points    {:.3}\n\
+         written to {}: face.hab, faces.png, figures.json, meshes (GLB, PLY)",
+        figures.identities,
+        figures.expressions,
+        figures.vertices,
+        figures.identity_dim,
+        figures.expression_dim,
+        figures.model_bytes,
+        figures.training_error_mm,
+        figures.unseen_mean_face_error_mm,
+        figures.unseen_landmark_fit_error_mm,
+        figures.unseen_point_fit_error_mm,
+        args.output.display(),
+    );
+    let object = serde_json::to_value(&figures).map_err(|error| Error::Internal(error.to_string()))?;
+    console.result(&text, object)
+}

@@ -1,0 +1,96 @@
+//! `habitus generate`: weights to vertices.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use habitus_core::format::Mode;
+use rand::SeedableRng;
+use rand_chacha::ChaCha12Rng;
+use rand_distr::{Distribution, StandardNormal};
+use serde_json::json;
+
+use super::{Console, shown};
+use crate::Error;
+use crate::generate::{deviations_of_weights, mesh, positions, weights_from_deviations, weights_of_expression};
+use crate::io::model::opened;
+use crate::io::{self, npy};
+
+/// Arguments of `generate`.
+#[derive(Debug, Args)]
+pub(super) struct GenerateArgs {
+    /// Model file
+    model: PathBuf,
+    /// Identity weights in standard deviations, separated by commas; missing ones are 0, the mean
+    #[arg(long, value_name = "T,T,...", value_delimiter = ',', allow_hyphen_values = true)]
+    identity: Vec<f64>,
+    /// Expression weights in standard deviations, likewise
+    #[arg(
+        long,
+        value_name = "T,T,...",
+        value_delimiter = ',',
+        allow_hyphen_values = true,
+        conflicts_with = "expression_name"
+    )]
+    expression: Vec<f64>,
+    /// A training expression by its name (see `habitus info`)
+    #[arg(long, value_name = "NAME")]
+    expression_name: Option<String>,
+    /// Draw the weights that are not given at random: independent normal deviates
+    #[arg(long)]
+    random: bool,
+    /// Seed of --random
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// Output; the extension chooses the format: ply, obj, off, glb, or npy [n, 3] f32 in mm
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+}
+
+pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
+    let bytes = io::file_bytes(&args.model)?;
+    let model = opened(&bytes, &args.model)?;
+    let mut stream = ChaCha12Rng::seed_from_u64(args.seed);
+    let mut completed = |given: &[f64], dim: u32| -> Vec<f64> {
+        let drawn: Vec<f64> = (0..dim).map(|_| StandardNormal.sample(&mut stream)).collect();
+        let rest = drawn.into_iter().skip(given.len()).map(|t| if args.random { t } else { 0.0 });
+        given.iter().copied().chain(rest).collect()
+    };
+    let identity_deviations = completed(&args.identity, model.header().identity_dim);
+    let pose_deviations = completed(&args.expression, model.header().pose_dim);
+    let identity = weights_from_deviations(&model, Mode::Identity, &identity_deviations)?;
+    let pose = match &args.expression_name {
+        Some(name) => weights_of_expression(&model, name)?,
+        None => weights_from_deviations(&model, Mode::Pose, &pose_deviations)?,
+    };
+    let vertices = positions(&model, &identity, &pose)?;
+    write_vertices(&model, &vertices, &args.output)?;
+    console.result(
+        &format!("{}: {} vertices", args.output.display(), vertices.len() / 3),
+        json!({
+            "output": shown(&args.output),
+            "vertices": vertices.len() / 3,
+            "identity_deviations": deviations_of_weights(&model, Mode::Identity, &identity),
+            "expression_deviations": deviations_of_weights(&model, Mode::Pose, &pose),
+        }),
+    )
+}
+
+/// Writes vertices as NPY or as a mesh, by the extension.
+pub(super) fn write_vertices(
+    model: &habitus_core::format::Model<'_>,
+    vertices: &[f32],
+    output: &Path,
+) -> Result<(), Error> {
+    if output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy")) {
+        return npy::write_f32(output, &[vertices.len() / 3, 3], vertices);
+    }
+    let mut mesh = mesh(model, vertices);
+    if mesh.faces.is_empty() {
+        return Err(Error::input(format!(
+            "{}: the model has no triangles; write .npy, or train the model with --template",
+            output.display()
+        )));
+    }
+    mesh.normals = mesh.vertex_normals();
+    io::mesh::write(output, &mesh)
+}

@@ -1,0 +1,5 @@
+//! The program `habitus`.
+
+fn main() -> std::process::ExitCode {
+    habitus::cli::run()
+}

@@ -1,0 +1,367 @@
+//! The command line as a user meets it: every verb of this release, its outputs, its errors and its exit status.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use habitus::io::npy;
+use serde_json::Value;
+
+fn habitus(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_habitus")).args(arguments).output().expect("the program starts")
+}
+
+/// Runs with `--json` and returns the object; fails with what the program said.
+fn json(arguments: &[&str]) -> Value {
+    let output = habitus(&[arguments, &["--json"]].concat());
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(text.trim_end().lines().count(), 1, "one object: {text}");
+    serde_json::from_str(&text).unwrap()
+}
+
+/// Runs what must be refused: exit status 1 and one sentence on stderr, which is returned.
+fn refused(arguments: &[&str]) -> String {
+    let output = habitus(arguments);
+    let text = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {text}");
+    let errors: Vec<&str> = text.lines().filter(|line| line.starts_with("error: ")).collect();
+    assert_eq!(errors.len(), 1, "one sentence: {text}");
+    errors[0].to_owned()
+}
+
+/// A small population and a model of it, made once.
+struct Work {
+    folder: PathBuf,
+}
+
+impl Work {
+    fn path(&self, name: &str) -> String {
+        self.folder.join(name).display().to_string()
+    }
+}
+
+fn work() -> &'static Work {
+    static WORK: OnceLock<Work> = OnceLock::new();
+    WORK.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli");
+        let _ = std::fs::remove_dir_all(&folder);
+        std::fs::create_dir_all(&folder).unwrap();
+        let work = Work { folder };
+        let made = json(&["synth", "faces", "--identities", "6", "--level", "3", "-o", &work.path("faces")]);
+        assert_eq!(made["identities"], 6);
+        let trained = json(&train(&work, "face.hab").iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(trained["identity_dim"], 4);
+        work
+    })
+}
+
+/// `train face` of the population with everything.
+fn train(work: &Work, output: &str) -> Vec<String> {
+    let part = |name: &str| work.path(&format!("faces/{name}"));
+    let mut words = vec!["train".into(), "face".into(), part("tensor.npy"), "--template".into(), part("template.ply")];
+    words.extend(["--landmarks".into(), part("landmarks.json"), "--mirror".into(), part("mirror.npy")]);
+    words.extend(["--expressions".into(), part("expressions.txt"), "--identity-dim".into(), "4".into()]);
+    words.extend(["--expression-dim".into(), "5".into(), "-o".into(), work.path(output)]);
+    words
+}
+
+#[test]
+fn info_and_validate_tell_what_the_model_holds() {
+    let work = work();
+    let info = json(&["info", &work.path("face.hab")]);
+    assert_eq!((&info["identity_dim"], &info["pose_dim"]), (&4.into(), &5.into()));
+    assert_eq!(info["landmark_names"][4], "nose_tip");
+    assert_eq!(info["expressions"][1], "smile");
+    assert!(info["provenance"].as_str().unwrap().contains("tensor.npy"));
+    assert_eq!(json(&["validate", &work.path("face.hab")])["sound"], true);
+}
+
+#[test]
+fn every_format_of_generate_holds_the_same_face() {
+    let work = work();
+    let model = work.path("face.hab");
+    let make = |name: &str| {
+        let output = work.path(name);
+        json(&["generate", &model, "--identity", "1.5,-1", "--expression-name", "smile", "-o", &output]);
+        output
+    };
+    let (shape, expected) = npy::read_f64(make("smile.npy")).unwrap();
+    assert_eq!(shape[1], 3);
+    for name in ["smile.ply", "smile.obj", "smile.off"] {
+        let mesh = habitus::io::mesh::read(make(name)).unwrap();
+        assert_eq!(mesh.positions.as_flattened(), &expected[..], "{name}");
+        assert!(!mesh.faces.is_empty());
+    }
+    let glb = std::fs::read(make("smile.glb")).unwrap();
+    assert_eq!(&glb[..4], b"glTF");
+    let neutral = work.path("neutral.npy");
+    json(&["generate", &model, "-o", &neutral]);
+    assert_ne!(npy::read_f64(neutral).unwrap().1, expected);
+}
+
+#[test]
+fn random_faces_depend_on_the_seed_alone() {
+    let work = work();
+    let make = |name: &str, seed: &str| {
+        let output = work.path(name);
+        json(&["generate", &work.path("face.hab"), "--random", "--seed", seed, "-o", &output]);
+        std::fs::read(output).unwrap()
+    };
+    assert_eq!(make("a.npy", "7"), make("b.npy", "7"));
+    assert_ne!(make("a.npy", "7"), make("c.npy", "8"));
+}
+
+#[test]
+fn export_writes_numpy_and_morph_targets() {
+    let work = work();
+    json(&["export", &work.path("face.hab"), "-o", &work.path("face.npz")]);
+    assert_eq!(&std::fs::read(work.path("face.npz")).unwrap()[..2], b"PK");
+    let exported = json(&["export", &work.path("face.hab"), "-o", &work.path("face.glb")]);
+    assert_eq!(exported["morph_targets"], 8 + 4);
+    let glb = std::fs::read(work.path("face.glb")).unwrap();
+    let length = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
+    let document: Value = serde_json::from_slice(&glb[20..20 + length]).unwrap();
+    assert_eq!(document["meshes"][0]["extras"]["targetNames"][1], "smile");
+    assert!(refused(&["export", &work.path("face.hab"), "-o", "face.xyz"]).contains(".npz or .glb"));
+}
+
+#[test]
+fn measures_are_printed() {
+    let work = work();
+    let tensor = work.path("faces/tensor.npy");
+    let figures = json(&["measure", "model", &tensor, "--test", &tensor, "--dims", "2x3,5x8", "--samples", "20"]);
+    let sizes = figures["sizes"].as_array().unwrap();
+    assert!(sizes[0]["training_error_mean_mm"].as_f64() > sizes[1]["training_error_mean_mm"].as_f64());
+    assert!(sizes[0]["unseen_error_mean_mm"].as_f64().unwrap() > 0.0);
+    for curve in
+        ["generalization_identity", "generalization_expression", "specificity_identity", "specificity_expression"]
+    {
+        assert!(figures[curve].as_array().unwrap().len() > 2, "{curve}");
+    }
+    let figures = json(&["measure", "model", &work.path("face.hab"), "--test", &tensor]);
+    assert!(figures["identity_energy_percent"].as_f64().unwrap() > 50.0);
+    assert!(figures["unseen_error_mean_mm"].as_f64().unwrap() < 3.0, "{figures}");
+}
+
+#[test]
+fn training_is_the_same_for_any_number_of_threads() {
+    let work = work();
+    for threads in ["1", "3"] {
+        let output = format!("threads_{threads}.hab");
+        let mut words = train(work, &output);
+        words.extend(["--threads".into(), threads.into()]);
+        json(&words.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(std::fs::read(work.path(&output)).unwrap(), std::fs::read(work.path("face.hab")).unwrap());
+    }
+}
+
+/// The same shapes as one tensor and as a collection of mesh files give the same model.
+#[test]
+fn a_collection_trains_the_same_model() {
+    let work = work();
+    let (shape, values) = npy::read_f64(work.path("faces/tensor.npy")).unwrap();
+    let template = habitus::io::mesh::read(work.path("faces/template.ply")).unwrap();
+    std::fs::create_dir_all(work.path("collection")).unwrap();
+    let mut list = format!("{} #Expressions\n{} #Identities\n", shape[1], shape[0]);
+    let face = 3 * shape[2];
+    for expression in 0..shape[1] {
+        for identity in 0..shape[0] {
+            let name = format!("face_{identity}_{expression}.ply");
+            let positions = values[(identity * shape[1] + expression) * face..][..face].as_chunks::<3>().0.to_vec();
+            let mesh = habitus::mesh::Mesh { positions, ..template.clone() };
+            habitus::io::mesh::write(work.path(&format!("collection/{name}")), &mesh).unwrap();
+            list += &format!("{name}\n");
+        }
+    }
+    let list_path = work.path("collection/faces.txt");
+    std::fs::write(&list_path, &list).unwrap();
+    let mut words = train(work, "collection.hab");
+    words[2] = list_path.clone();
+    json(&words.iter().map(String::as_str).collect::<Vec<_>>());
+    let sections = |name: &str| {
+        let bytes = std::fs::read(work.path(name)).unwrap();
+        let model = habitus_core::format::Model::open(&bytes).unwrap();
+        let named = |section: habitus_core::format::Section<'_>| (section.id, section.bytes.to_vec());
+        model.sections().iter().filter(|section| section.id != 16).map(named).collect::<Vec<_>>()
+    };
+    assert!(sections("collection.hab") == sections("face.hab"), "all but the provenance is equal");
+    std::fs::remove_file(work.path("collection/face_2_3.ply")).unwrap();
+    let error = refused(&["train", "face", &list_path, "-o", &work.path("x.hab")]);
+    assert!(error.contains("identity 2, expression 3 is missing"), "{error}");
+}
+
+/// Item 5 of the face spine: a sentence each.
+#[test]
+fn bad_training_data_get_a_sentence_each() {
+    let work = work();
+    let (shape, mut values) = npy::read_f64(work.path("faces/tensor.npy")).unwrap();
+    let output = work.path("refused.hab");
+    let face = 3 * shape[2];
+    let write = |name: &str, shape: &[usize], values: &[f64]| {
+        npy::write_f64(work.path(name), shape, values).unwrap();
+        work.path(name)
+    };
+
+    let one_person = write("one_identity.npy", &[1, shape[1], shape[2], 3], &values[..shape[1] * face]);
+    let trained = json(&["train", "face", &one_person, "--align", "none", "-o", &output]);
+    let warnings = trained["warnings"].to_string();
+    assert!(warnings.contains("one identity") && trained["identity_dim"] == 1, "{warnings}");
+
+    let neutral: Vec<f64> =
+        (0..shape[0]).flat_map(|identity| values[identity * shape[1] * face..][..face].to_vec()).collect();
+    let one_expression = write("one_expression.npy", &[shape[0], 1, shape[2], 3], &neutral);
+    let trained = json(&["train", "face", &one_expression, "-o", &output]);
+    let warnings = trained["warnings"].to_string();
+    assert!(warnings.contains("one expression") && trained["expression_dim"] == 1, "{warnings}");
+
+    values[(2 * shape[1] + 3) * face + 3 * 17 + 1] = f64::NAN;
+    let nan = write("nan.npy", &shape, &values);
+    let error = refused(&["train", "face", &nan, "-o", &output]);
+    assert!(error.contains("identity 2, expression 3, vertex 17, axis y"), "{error}");
+
+    let flat = write("flat.npy", &[shape[0] * shape[1], shape[2], 3], &vec![0.0; values.len()]);
+    assert!(refused(&["train", "face", &flat, "-o", &output]).contains("four axes"));
+
+    let tensor = work.path("faces/tensor.npy");
+    let cube = work.path("cube.obj");
+    std::fs::write(&cube, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let error = refused(&["train", "face", &tensor, "--template", &cube, "-o", &output]);
+    assert!(error.contains("the template has 3 vertices"), "{error}");
+    let beyond = work.path("beyond.npy");
+    npy::write_u32(&beyond, &[1, 3], &[0, 1, 99_999]).unwrap();
+    let error = refused(&["train", "face", &tensor, "--template", &beyond, "-o", &output]);
+    assert!(error.contains("names vertex 99999"), "{error}");
+    let triangles = work.path("triangles.npy");
+    npy::write_u32(&triangles, &[1, 3], &[0, 1, 2]).unwrap();
+    let points = work.path("points.txt");
+    std::fs::write(&points, "1\nnose_tip\n0 0 0\n").unwrap();
+    let error = refused(&["train", "face", &tensor, "--template", &triangles, "--landmarks", &points, "-o", &output]);
+    assert!(error.contains("need a template mesh"), "{error}");
+    let error = refused(&["train", "face", &tensor, "--identity-dim", "7", "-o", &output]);
+    assert!(error.contains("hold 6 identities"), "{error}");
+    assert!(refused(&["train", "face", "absent.npy", "-o", &output]).contains("absent.npy"));
+    assert!(refused(&["train", "face", &tensor, "-o", "face.txt"]).contains(".hab"));
+}
+
+#[test]
+fn what_the_model_lacks_is_said() {
+    let work = work();
+    let bare = work.path("bare.hab");
+    let trained = json(&["train", "face", &work.path("faces/tensor.npy"), "--identity-dim", "2", "-o", &bare]);
+    let warnings = trained["warnings"].to_string();
+    assert!(warnings.contains("no triangles") && warnings.contains("no landmarks"), "{warnings}");
+    assert!(refused(&["generate", &bare, "-o", &work.path("bare.ply")]).contains("no triangles"));
+    json(&["generate", &bare, "-o", &work.path("bare.npy")]);
+    assert!(refused(&["generate", &bare, "--expression-name", "smile", "-o", "x.npy"]).contains("--expressions"));
+}
+
+#[test]
+fn wrong_use_of_a_model_is_refused() {
+    let work = work();
+    let model = work.path("face.hab");
+    let error = refused(&["generate", &model, "--expression-name", "grin", "-o", "x.ply"]);
+    assert!(error.contains("it knows neutral, smile"), "{error}");
+    assert!(refused(&["generate", &model, "--identity", "1,2,3,4,5", "-o", "x.ply"]).contains("this model has 4"));
+    assert!(refused(&["generate", &model, "--identity", "nan", "-o", "x.ply"]).contains("not a finite number"));
+    assert!(refused(&["generate", &model, "-o", "x.docx"]).contains("x.docx"));
+    assert!(refused(&["info", &work.path("faces/template.ply")]).contains("not a .hab model file"));
+    let mut bytes = std::fs::read(&model).unwrap();
+    bytes.truncate(5000);
+    std::fs::write(work.path("short.hab"), &bytes).unwrap();
+    assert!(refused(&["validate", &work.path("short.hab")]).contains("copy or download it again"));
+}
+
+#[test]
+fn usage_errors_have_their_own_status() {
+    let cases: [&[&str]; 7] = [
+        &["train"],
+        &["fly"],
+        &["generate"],
+        &["measure", "model", "x", "--dims", "20"],
+        &["info", "x.hab", "--threads", "0"],
+        &["info", "x.hab", "--threads", "20000"],
+        &["synth", "faces", "--level", "9", "-o", "x"],
+    ];
+    for arguments in cases {
+        assert_eq!(habitus(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+    assert_eq!(habitus(&["--help"]).status.code(), Some(0));
+}
+
+/// The reader of the output goes away, or its disk is full: no stack trace.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_lost_output_is_no_fault() {
+    let run = |script: &str| {
+        let script =
+            script.replace("HABITUS", env!("CARGO_BIN_EXE_habitus")).replace("MODEL", &work().path("face.hab"));
+        Command::new("sh").args(["-c", &script]).output().unwrap()
+    };
+    let gone = run("{ HABITUS info MODEL; echo status $? >&2; } | true");
+    assert_eq!(String::from_utf8_lossy(&gone.stderr).trim(), "status 0");
+    let full = run("HABITUS info MODEL > /dev/full");
+    assert_eq!(full.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&full.stderr).starts_with("error: standard output: cannot be written"));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn outlandish_paths_are_survived() {
+    use std::os::unix::ffi::OsStringExt;
+    let output = std::ffi::OsString::from_vec([work().path("a").into_bytes(), vec![0xff], b".npy".to_vec()].concat());
+    let run = Command::new(env!("CARGO_BIN_EXE_habitus"))
+        .args(["generate", &work().path("face.hab"), "--json", "-o"])
+        .arg(&output)
+        .output()
+        .unwrap();
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    assert!(Path::new(&output).exists());
+    assert!(refused(&["info", "/dev/zero"]).contains("no regular file"));
+    assert!(refused(&["info", &work().path("faces")]).contains("no regular file"));
+}
+
+#[test]
+fn names_are_checked_before_training() {
+    let work = work();
+    let names = work.path("twice.txt");
+    std::fs::write(&names, "a\nb\na\nd\ne\nf\ng\nh\n").unwrap();
+    let tensor = work.path("faces/tensor.npy");
+    let output = work.path("x.hab");
+    let error = refused(&["train", "face", &tensor, "--expressions", &names, "-o", &output]);
+    assert!(error.contains("\"a\" stands twice"), "{error}");
+    std::fs::write(&names, b"a\xff\nb\nc\nd\ne\nf\ng\nh\n").unwrap();
+    let error = refused(&["train", "face", &tensor, "--expressions", &names, "-o", &output]);
+    assert!(error.contains("not UTF-8"), "{error}");
+}
+
+#[test]
+fn an_archive_trains_like_its_tensor() {
+    let work = work();
+    let (shape, values) = npy::read_f64(work.path("faces/tensor.npy")).unwrap();
+    let mut npz = npy::NpzWriter::new();
+    npz.add("tensor", &shape, &values[..]).unwrap();
+    npz.add("other", &[1], &[0.0f64][..]).unwrap();
+    npz.finish(work.path("faces.npz")).unwrap();
+    let figures = |data: &str, output: &str| {
+        json(&["train", "face", data, "--identity-dim", "3", "-o", &work.path(output)])["training_error_mean_mm"]
+            .clone()
+    };
+    assert_eq!(figures(&work.path("faces.npz"), "z.hab"), figures(&work.path("faces/tensor.npy"), "y.hab"));
+}
+
+#[test]
+fn demo_leaves_everything() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("demo");
+    let _ = std::fs::remove_dir_all(&folder);
+    let output = folder.display().to_string();
+    let figures = json(&["demo", "--identities", "20", "-o", &output]);
+    assert_eq!(figures["procedural"], true);
+    let error = |name: &str| figures[name].as_f64().unwrap();
+    let (mean, landmarks, points) =
+        (error("unseen_mean_face_error_mm"), error("unseen_landmark_fit_error_mm"), error("unseen_point_fit_error_mm"));
+    assert!(landmarks < 0.75 * mean && points < 0.5 * landmarks, "{figures}");
+    for name in ["face.hab", "faces.png", "figures.json", "mean_smile.glb", "unseen_0_neutral_point_fit.ply"] {
+        assert!(folder.join(name).metadata().unwrap().len() > 100, "{name}");
+    }
+}
