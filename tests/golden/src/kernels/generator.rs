@@ -1,0 +1,71 @@
+//! Evaluation by ranges, derivatives, prepared forms.
+
+use habitus_core::format::{Mode, Model};
+use habitus_core::generator::prepared::prepared_req;
+use habitus_core::generator::{Generator, NUMBERS, Weights};
+
+use super::Context;
+use crate::backend::Backend;
+use crate::memory::integer;
+use crate::result::Problem;
+
+pub(super) fn evaluate<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { backend, models, case, pieces, tally } = context;
+    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    for range in pieces.integers(case, "ranges")?.as_chunks::<2>().0 {
+        let [from, to] = range.map(|bound| bound as usize);
+        // A wrong range is refused before the output is looked at.
+        let out = pieces.zeros(3 * to.saturating_sub(from).min(model.vertex_count()))?;
+        backend.evaluate(&model, weights, from..to, out)?;
+        // "out" is the whole shape: every range has to give the bits of its part.
+        tally.compare_part("out", 3 * from, out)?;
+    }
+    Ok(())
+}
+
+pub(super) fn linearised_block<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { backend, models, case, pieces, tally } = context;
+    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    let jacobian = pieces.zeros(model.dim() * NUMBERS)?.as_chunks_mut().0;
+    let block = integer(case, "block")? as usize;
+    let values = backend.linearised_block(&model, weights, block, jacobian).ok_or(Problem::Text("block"))?;
+    tally.compare("values", values.axes.as_flattened())?;
+    tally.compare("jacobian", jacobian.as_flattened())
+}
+
+pub(super) fn linearised_vertex<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { backend, models, case, pieces, tally } = context;
+    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    let jacobian = pieces.zeros(model.dim() * 3)?.as_chunks_mut().0;
+    let vertex = integer(case, "vertex")? as usize;
+    let value = backend.linearised_vertex(&model, weights, vertex, jacobian).ok_or(Problem::Text("vertex"))?;
+    tally.compare("value", &value)?;
+    tally.compare("jacobian", jacobian.as_flattened())
+}
+
+pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { backend, models, case, pieces, tally } = context;
+    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
+    let (fixed, fixed_weights, weights) = match case.word("fixed") {
+        Some("identity") => (Mode::Identity, &*identity, Weights { identity: &[], pose }),
+        Some("pose") => (Mode::Pose, &*pose, Weights { identity, pose: &[] }),
+        _ => return Err(Problem::Text("fixed")),
+    };
+    let (from, to) = (integer(case, "from")? as usize, integer(case, "to")? as usize);
+    let memory = pieces.zeros(prepared_req(&model, fixed, &(from..to)).numbers())?;
+    let form = backend.prepared(&model, fixed, fixed_weights, from..to, memory)?;
+    let out = pieces.zeros(3 * form.vertex_count())?;
+    backend.evaluate(&form, weights, 0..form.vertex_count(), out)?;
+    tally.compare("out", out)?;
+    for block in 0..form.block_count() {
+        let jacobian = pieces.zeros(form.dim() * NUMBERS)?;
+        let values = backend.linearised_block(&form, weights, block, jacobian.as_chunks_mut().0);
+        tally.compare_part("values", block * NUMBERS, values.ok_or(Problem::Text("to"))?.axes.as_flattened())?;
+        tally.compare_part("jacobian", block * form.dim() * NUMBERS, jacobian)?;
+    }
+    Ok(())
+}

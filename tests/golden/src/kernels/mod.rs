@@ -1,0 +1,56 @@
+//! One function per kernel: reads the inputs of a case, calls the core, compares.
+
+mod files;
+mod fit;
+mod generator;
+mod solve;
+
+use crate::backend::Backend;
+use crate::memory::{Memory, Pieces};
+use crate::result::{CaseResult, Problem, Tally};
+use crate::text::Case;
+
+/// What a kernel's function is given.
+pub(crate) struct Context<'c, 'm, 't, B> {
+    pub backend: &'c B,
+    pub models: &'c str,
+    pub case: Case<'t>,
+    pub pieces: Pieces<'m>,
+    pub tally: Tally<'t>,
+}
+
+/// Runs one case.
+pub(crate) fn case_result<'t, B: Backend>(
+    file: &'t str,
+    case: Case<'t>,
+    models: &str,
+    backend: &B,
+    memory: &mut Memory<'_>,
+) -> CaseResult<'t> {
+    let mut context = Context { backend, models, case, pieces: memory.pieces(), tally: Tally::new(file, case) };
+    let outcome = match case.kernel {
+        "evaluate" => generator::evaluate(&mut context),
+        "linearised_block" => generator::linearised_block(&mut context),
+        "linearised_vertex" => generator::linearised_vertex(&mut context),
+        "prepared" => generator::prepared(&mut context),
+        "normal_equations" => fit::normal_equations(&mut context),
+        "prior" => fit::prior(&mut context),
+        "fit_points" => fit::fit_points(&mut context),
+        "fit_landmarks" => fit::fit_landmarks(&mut context),
+        "cholesky_f32" => solve::cholesky::<_, f32>(&mut context),
+        "cholesky_f64" => solve::cholesky::<_, f64>(&mut context),
+        "eigenpairs_f32" => solve::eigenpairs::<_, f32>(&mut context),
+        "eigenpairs_f64" => solve::eigenpairs::<_, f64>(&mut context),
+        "procrustes_f32" => solve::procrustes::<_, f32>(&mut context),
+        "procrustes_f64" => solve::procrustes::<_, f64>(&mut context),
+        "rotation_f32" => solve::rotation::<_, f32>(&mut context),
+        "rotation_f64" => solve::rotation::<_, f64>(&mut context),
+        "moved_f32" => solve::moved::<_, f32>(&mut context),
+        "moved_f64" => solve::moved::<_, f64>(&mut context),
+        "minimised_f32" => solve::minimised::<_, f32>(&mut context),
+        "minimised_f64" => solve::minimised::<_, f64>(&mut context),
+        "open" => files::open(&mut context),
+        _ => Err(Problem::Kernel),
+    };
+    context.tally.finished(outcome)
+}

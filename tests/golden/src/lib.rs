@@ -1,0 +1,70 @@
+//! Golden vectors: inputs and outputs of every kernel as bit patterns, and the runner that compares them on the target it runs on.
+//!
+//! The files in `vectors/` are written by `cargo run -p habitus-tests --bin write-vectors` from a slow reference that shares no code with
+//! `habitus-core`. The core promises the same bits on every target; this crate holds it to that on a host, with vectors of any width, in
+//! a browser or on a microcontroller: it needs no heap and no operating system.
+//!
+//! | vectors | kernels |
+//! |---|---|
+//! | `models.txt` | model files, used by the others |
+//! | `generator.txt` | evaluation by ranges, derivatives, prepared forms |
+//! | `fit.txt` | normal equations, priors, fits |
+//! | `solve.txt` | Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt |
+//! | `files.txt` | what model files hold, and what is refused |
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod backend;
+mod kernels;
+mod memory;
+mod result;
+mod samples;
+mod text;
+
+pub use backend::{Backend, Kernel, Plain};
+pub use memory::{Memory, Requirement};
+pub use result::{CaseResult, Difference, Problem, Summary};
+pub use text::{Case, Cases};
+
+/// The text of the vectors.
+#[derive(Debug, Clone, Copy)]
+pub struct Vectors<'t> {
+    /// Model files that the cases name.
+    pub models: &'t str,
+    /// Name and text of each file of cases.
+    pub files: [(&'t str, &'t str); 4],
+}
+
+/// The committed vectors.
+pub const VECTORS: Vectors<'static> = Vectors {
+    models: include_str!("../vectors/models.txt"),
+    files: [
+        ("generator.txt", include_str!("../vectors/generator.txt")),
+        ("fit.txt", include_str!("../vectors/fit.txt")),
+        ("solve.txt", include_str!("../vectors/solve.txt")),
+        ("files.txt", include_str!("../vectors/files.txt")),
+    ],
+};
+
+/// Scratch that [`run`] needs.
+pub const REQUIREMENT: Requirement = Requirement { floats: 16 * 1024, doubles: 256, bytes: 12 * 1024, indices: 256 };
+
+/// Runs every case of `vectors` through the core by way of `backend`, hands each result to `report`, and returns the sums.
+///
+/// `memory` holds at least [`REQUIREMENT`]; a case that does not find enough is reported as [`Problem::Memory`]. Panics: never.
+pub fn run<B: Backend>(
+    vectors: &Vectors<'_>,
+    backend: &B,
+    memory: &mut Memory<'_>,
+    report: &mut dyn FnMut(&CaseResult<'_>),
+) -> Summary {
+    let mut summary = Summary::default();
+    for (file, text) in vectors.files {
+        for case in Cases::new(text) {
+            let result = kernels::case_result(file, case, vectors.models, backend, memory);
+            summary.add(&result);
+            report(&result);
+        }
+    }
+    summary
+}

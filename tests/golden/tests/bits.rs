@@ -1,0 +1,116 @@
+//! The core gives the bits of the golden vectors, called directly and inside wrappers for wider vectors.
+
+use habitus_golden::{Backend, CaseResult, Kernel, Memory, Plain, REQUIREMENT, Summary, VECTORS, Vectors, run};
+
+fn with_memory<T>(work: impl FnOnce(&mut Memory<'_>) -> T) -> T {
+    work(&mut Memory {
+        floats: &mut vec![0.0; REQUIREMENT.floats],
+        doubles: &mut vec![0.0; REQUIREMENT.doubles],
+        bytes: &mut vec![0; REQUIREMENT.bytes],
+        indices: &mut vec![0; REQUIREMENT.indices],
+    })
+}
+
+fn summary_of(vectors: &Vectors<'_>, backend: &impl Backend, report: &mut dyn FnMut(&CaseResult<'_>)) -> Summary {
+    with_memory(|memory| run(vectors, backend, memory, report))
+}
+
+/// All vectors, no difference, and as many as there should be: a runner that finds no vectors is no proof.
+fn assert_equal_bits(name: &str, backend: &impl Backend) {
+    let summary = summary_of(&VECTORS, backend, &mut |result| {
+        if !result.is_equal() {
+            eprintln!("{name}: {result:?}");
+        }
+    });
+    println!("{name}: {summary:?}");
+    assert_eq!((summary.failed, summary.differing_bits), (0, 0), "{name}");
+    assert!(summary.cases >= 240 && summary.numbers >= 14_000, "{name}: {summary:?}");
+}
+
+#[test]
+fn plain_calls() {
+    assert_equal_bits("plain", &Plain);
+}
+
+#[cfg(target_arch = "x86_64")]
+mod wide {
+    use super::*;
+
+    /// A kernel as pulp takes it.
+    struct Inside<K>(K);
+
+    impl<K: Kernel> pulp::NullaryFnOnce for Inside<K> {
+        type Output = K::Output;
+
+        #[inline(always)]
+        fn call(self) -> K::Output {
+            self.0.call()
+        }
+    }
+
+    struct Avx2(pulp::x86::V3);
+
+    impl Backend for Avx2 {
+        #[inline(always)]
+        fn within<K: Kernel>(&self, kernel: K) -> K::Output {
+            self.0.vectorize(Inside(kernel))
+        }
+    }
+
+    struct Avx512(pulp::x86::V4);
+
+    impl Backend for Avx512 {
+        #[inline(always)]
+        fn within<K: Kernel>(&self, kernel: K) -> K::Output {
+            self.0.vectorize(Inside(kernel))
+        }
+    }
+
+    #[test]
+    fn dispatched_avx2() {
+        match pulp::x86::V3::try_new() {
+            Some(arch) => assert_equal_bits("AVX2", &Avx2(arch)),
+            None => eprintln!("dispatched_avx2: skipped, this processor has no AVX2"),
+        }
+    }
+
+    #[test]
+    fn dispatched_avx512() {
+        match pulp::x86::V4::try_new() {
+            Some(arch) => assert_equal_bits("AVX-512", &Avx512(arch)),
+            None => eprintln!("dispatched_avx512: skipped, this processor has no AVX-512"),
+        }
+    }
+}
+
+/// Negative control: the last bit of the last number of a case, changed in the vectors, is one differing bit or a refusal of the case.
+#[test]
+fn one_changed_bit_is_reported() {
+    for (position, (file, text)) in VECTORS.files.into_iter().enumerate() {
+        let starts: Vec<usize> = text.match_indices("\ncase ").map(|(at, _)| at).collect();
+        let mut tried = 0;
+        for (k, &start) in starts.iter().enumerate() {
+            let end = starts.get(k + 1).copied().unwrap_or(text.len());
+            let at = start + text[start..end].trim_end().len() - 1;
+            let digit = text[at..=at].chars().next().and_then(|digit| digit.to_digit(16)).expect("a digit");
+            let mut changed = text.to_owned();
+            changed.replace_range(at..=at, &format!("{:x}", digit ^ 1));
+            let mut vectors = Vectors { files: [("", ""); 4], ..VECTORS };
+            vectors.files[position] = (file, &changed[start..end]);
+            let summary = summary_of(&vectors, &Plain, &mut |_| ());
+            assert_eq!((summary.cases, summary.failed), (1, 1), "{file}: {}", &text[start..start + 60]);
+            tried += 1;
+        }
+        assert!(tried > 20, "{file}: {tried} cases");
+    }
+}
+
+#[test]
+fn a_damaged_model_and_missing_memory_are_reported() {
+    let models = VECTORS.models.replace("case model linear_17\n", "case model linear_17_gone\n");
+    let vectors = Vectors { models: &models, ..VECTORS };
+    assert!(summary_of(&vectors, &Plain, &mut |_| ()).failed > 5);
+    let mut none = Memory { floats: &mut [], doubles: &mut [], bytes: &mut [], indices: &mut [] };
+    let summary = run(&VECTORS, &Plain, &mut none, &mut |_| ());
+    assert!(summary.failed > summary.cases / 2, "{summary:?}");
+}

@@ -1,0 +1,63 @@
+//! `solve` of the kernel, in both precisions: Procrustes, and Levenberg-Marquardt on any problem.
+
+use crate::memory::{Input, Output, status};
+use habitus_core::Error;
+use habitus_core::solve::levenberg_marquardt::{LeastSquares, Limits, minimised_in_place, minimised_req};
+use habitus_core::solve::procrustes::Moments;
+
+/// A problem whose derivatives are whatever the caller's function writes.
+struct Foreign<R> {
+    dim: usize,
+    derivatives: extern "C" fn(*const R, *mut R, *mut R) -> R,
+}
+
+impl<R> LeastSquares<R> for Foreign<R> {
+    fn dim(&self) -> usize {
+        self.dim
+    }
+
+    fn normal_equations(&mut self, x: &[R], jtj: &mut [R], jtr: &mut [R]) -> Result<R, Error> {
+        Ok((self.derivatives)(x.as_ptr(), jtj.as_mut_ptr(), jtr.as_mut_ptr()))
+    }
+}
+
+macro_rules! checks {
+    ($real:ty, $procrustes:ident, $minimise:ident) => {
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $procrustes(pairs: Input<[[$real; 3]; 2]>, with_scale: bool) -> i32 {
+            let mut moments = Moments::<$real>::new();
+            // SAFETY: the caller's promise.
+            for &[source, target] in unsafe { pairs.slice() } {
+                moments.add(source, target, 1.0);
+            }
+            match moments.similarity(with_scale) {
+                Ok(similarity) => similarity.applied([1.0; 3])[0] as i32,
+                Err(error) => error.code() as i32,
+            }
+        }
+
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $minimise(
+            dim: usize,
+            derivatives: extern "C" fn(*const $real, *mut $real, *mut $real) -> $real,
+            x: Output<$real>,
+            bounds: [Input<$real>; 2],
+            max_iterations: u32,
+            workspace: Output<$real>,
+        ) -> i32 {
+            let [lower, upper] = bounds;
+            // SAFETY: the caller's promise.
+            let (x, lower, upper) = unsafe { (x.slice(), lower.slice(), upper.slice()) };
+            // SAFETY: the caller's promise.
+            let workspace = unsafe { workspace.slice() };
+            if minimised_req(dim).check(workspace.len()).is_err() {
+                return -1;
+            }
+            let limits = Limits { max_iterations, ..Limits::default() };
+            status(minimised_in_place(&mut Foreign { dim, derivatives }, x, lower, upper, &limits, workspace))
+        }
+    };
+}
+
+checks!(f32, check_procrustes_f32, check_minimise_f32);
+checks!(f64, check_procrustes_f64, check_minimise_f64);

@@ -1,0 +1,12 @@
+//! What the tests that cross crates share.
+#![forbid(unsafe_code)]
+
+pub mod data;
+pub mod reference;
+pub mod small_model;
+pub mod vectors;
+
+/// The programs in the README compile and run.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;

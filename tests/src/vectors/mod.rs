@@ -1,0 +1,27 @@
+//! The golden vectors as the reference gives them: the text of every file of `tests/golden/vectors`.
+
+// Indices are what the formulas are written in.
+#![allow(clippy::needless_range_loop)]
+
+mod files;
+mod fit;
+mod generator;
+mod models;
+mod solve;
+mod stream;
+mod text;
+
+use models::Models;
+pub use stream::Stream;
+
+/// Name and text of each file.
+pub fn written() -> Vec<(&'static str, String)> {
+    let models = Models::new();
+    vec![
+        ("models.txt", models.text()),
+        ("generator.txt", generator::text(&models)),
+        ("fit.txt", fit::text(&models)),
+        ("solve.txt", solve::text()),
+        ("files.txt", files::text(&models)),
+    ]
+}

@@ -1,0 +1,94 @@
+//! The models of the vectors: every number of vertices just below, at and above blocks of 16, with and without linear terms.
+
+use super::stream::Stream;
+use super::text::File;
+use crate::reference::bilinear::Bilinear;
+use crate::reference::model_file::{Extras, Section, bytes, sections};
+use crate::reference::prior::Gaussian;
+
+/// Numbers of vertices.
+pub const COUNTS: [usize; 7] = [1, 15, 16, 17, 47, 48, 49];
+
+/// A model and its file.
+pub struct Model {
+    pub name: String,
+    pub generator: Bilinear,
+    pub extras: Extras,
+    pub sections: Vec<Section>,
+    pub bytes: Vec<u8>,
+}
+
+/// All models.
+pub struct Models {
+    all: Vec<Model>,
+}
+
+impl Models {
+    pub fn new() -> Self {
+        let mut all = Vec::new();
+        for n in COUNTS {
+            if [1, 16, 17, 49].contains(&n) {
+                all.push(model(format!("plain_{n}"), n, [2, 2], [false, false], Extras::default()));
+            }
+            all.push(model(format!("linear_{n}"), n, [2, 2], [true, true], Extras::default()));
+        }
+        // The mixed forms, with other numbers of weights.
+        all.push(model("identity_linear".into(), 17, [3, 1], [true, false], Extras::default()));
+        all.push(model("pose_linear".into(), 17, [1, 3], [false, true], Extras::default()));
+        let extras = Extras {
+            faces: (0..8).map(|k| [k, k + 1, k + 2]).collect(),
+            landmarks: vec![0, 3, 7, 12, 15, 16, 21, 30, 33, 40, 44],
+            landmark_names: (0..11).map(|k| format!("point {k}")).collect::<Vec<_>>().join("\n"),
+            identity: Some(gaussian("identity", 3)),
+            pose: Some(gaussian("pose", 2)),
+            provenance: "numbers of a stream, for the golden vectors".into(),
+        };
+        all.push(model("whole".into(), 45, [3, 2], [false, true], extras));
+        Models { all }
+    }
+
+    pub fn named(&self, name: &str) -> &Model {
+        self.all.iter().find(|model| model.name == name).expect("a model of this name")
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Model> {
+        self.all.iter()
+    }
+
+    pub fn text(&self) -> String {
+        let mut file = File::new("Model files that the cases name.");
+        for model in &self.all {
+            file.case("model", &model.name).integer("length", model.bytes.len()).bytes("bytes", &model.bytes);
+        }
+        file.text()
+    }
+}
+
+fn model(name: String, n: usize, [di, dp]: [usize; 2], [identity, pose]: [bool; 2], extras: Extras) -> Model {
+    let mut stream = Stream::of(&name);
+    let mut term = |size: f64| stream.points::<f32>(n, size);
+    let generator = Bilinear {
+        offset: term(100.0),
+        pose_linear: pose.then(|| (0..dp).map(|_| term(10.0)).collect()),
+        identity_linear: identity.then(|| (0..di).map(|_| term(10.0)).collect()),
+        bilinear: (0..di).map(|_| (0..dp).map(|_| term(10.0)).collect()).collect(),
+    };
+    let sections = sections(&generator, &extras);
+    let bytes = bytes(&generator, &sections);
+    Model { name, generator, extras, sections, bytes }
+}
+
+/// A Gaussian with a dominant diagonal.
+fn gaussian(name: &str, d: usize) -> Gaussian {
+    let mut stream = Stream::of(name);
+    let mean = stream.numbers(d, 0.25);
+    let scale = (0..d).map(|_| 0.5 + stream.number::<f32>(0.25)).collect();
+    let mut precision = vec![vec![0.0; d]; d];
+    for i in 0..d {
+        for j in 0..=i {
+            let entry: f32 = if i == j { 4.0 + stream.number::<f32>(1.0) } else { stream.number(0.5) };
+            (precision[i][j], precision[j][i]) = (entry, entry);
+        }
+    }
+    Gaussian { mean, scale, precision }
+}
