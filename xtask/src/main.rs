@@ -1,0 +1,61 @@
+//! Developer commands: `cargo xtask COMMAND`. One command, one file; `process` and `elf` serve several.
+#![forbid(unsafe_code)]
+
+mod archive;
+mod bare_metal;
+mod budgets;
+mod call_graph;
+mod docs;
+mod firmware;
+mod fused;
+mod lint;
+mod nightly;
+mod no_panic;
+mod process;
+mod qemu;
+mod test;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Developer commands of Habitus.
+#[derive(Parser)]
+#[command(name = "cargo xtask", bin_name = "cargo xtask", max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Runs every test of the workspace and says how many were skipped for want of data.
+    Test(test::Options),
+    /// Builds the firmware, runs it on an emulated Cortex-M4F, and compares stack and code size with the budgets.
+    Firmware(firmware::Options),
+    /// Proves that no entry of the kernel can panic or allocate.
+    NoPanic,
+    /// Builds the documentation with warnings as errors.
+    Docs,
+    /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
+    Lint,
+    /// Runs what takes too long for every change.
+    Nightly(nightly::Options),
+}
+
+fn main() -> ExitCode {
+    let result = match Arguments::parse().command {
+        Command::Test(options) => test::run(&options),
+        Command::Firmware(options) => firmware::run(&options),
+        Command::NoPanic => no_panic::run(),
+        Command::Docs => docs::run(),
+        Command::Lint => lint::run(),
+        Command::Nightly(options) => nightly::run(&options),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("error: {}", failure.sentence);
+            ExitCode::from(failure.status)
+        }
+    }
+}

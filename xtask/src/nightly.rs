@@ -1,0 +1,30 @@
+//! `cargo xtask nightly`: what does not fit into the checks of every change.
+
+use crate::process::{Result, cargo, succeed};
+use std::process::Command;
+use std::time::Instant;
+
+/// Options of `cargo xtask nightly`.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Random cases for each property of the kernel.
+    #[arg(long, default_value_t = 100_000)]
+    cases: u32,
+}
+
+/// Runs the kernel's properties at length, the figures on the shared data with their curves, and the benchmark rows, each optimised and with
+/// its seconds.
+pub fn run(options: &Options) -> Result<()> {
+    let cases = options.cases.to_string();
+    timed("properties", cargo(&["test", "--release", "--package", "habitus-core"]).env("PROPTEST_CASES", cases))?;
+    let figures = ["--test", "face_figures", "--", "--include-ignored", "--nocapture"];
+    timed("figures", cargo(&["test", "--release", "--package", "habitus-tests"]).args(figures))?;
+    timed("rows", &mut cargo(&["run", "--release", "--package", "habitus-benches", "--bin", "rows", "--", "--big"]))
+}
+
+fn timed(name: &str, command: &mut Command) -> Result<()> {
+    let start = Instant::now();
+    succeed(command)?;
+    println!("-- {name} {:.0} s", start.elapsed().as_secs_f64());
+    Ok(())
+}

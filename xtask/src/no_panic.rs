@@ -1,0 +1,116 @@
+//! `cargo xtask no-panic`: no entry of the kernel reaches the panic handler or an allocator.
+//!
+//! The kernel's public surface is compiled with full link-time optimisation into a static library whose panic
+//! handler calls a symbol that nothing defines. From every entry the references are followed; apart from the
+//! memory functions that any C compiler may call, nothing undefined may be met.
+
+use crate::archive::{Library, Node};
+use crate::call_graph::{Trespass, trespasses};
+use crate::process::{Result, cargo_in, succeed, target_dir};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// The package with the entries.
+pub const FOLDER: &str = "tests/no-panic";
+/// Its folder below the build folder.
+pub const TARGET: &str = "no-panic";
+
+/// Entries are the exported functions whose names begin so.
+const PREFIX: &str = "check_";
+/// Optimised for speed, and for size, where fewer checks are seen to be needless.
+const PROFILES: [&str; 2] = ["release", "size"];
+/// The controls among them, each with the symbol it must be caught with.
+const CONTROLS: [(&str, &str); 3] =
+    [("check_control_index", PANIC), ("check_control_deep", PANIC), ("check_control_heap", "malloc")];
+/// What the panic handler calls.
+const PANIC: &str = "habitus_panic_path_survived";
+/// Undefined symbols that are no trespass.
+const MEMORY_FUNCTIONS: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
+
+/// Builds the library for speed and for size, and with the controls, and inspects each.
+pub fn run() -> Result<()> {
+    let mut found = 0;
+    let mut proven = 0;
+    for profile in PROFILES {
+        let library = library(profile, &[])?;
+        let entries = entries(&library);
+        if entries.is_empty() {
+            return Err(format!("{FOLDER} exports no function named {PREFIX}*: nothing was checked").into());
+        }
+        proven = entries.len();
+        let of_profile: Vec<_> = entries.iter().flat_map(|entry| trespasses(&library, entry, forbidden)).collect();
+        report(profile, &of_profile);
+        found += of_profile.len();
+    }
+    if found > 0 {
+        let text = "ways above lead to a panic or an allocation: remove each, most often by \
+                    `get`, an iterator, or one length check at the top";
+        return Err(format!("{found} {text}").into());
+    }
+    controls()?;
+    println!(
+        "no panic, no allocation: {proven} entries proven at two optimisations, {} controls caught",
+        CONTROLS.len()
+    );
+    Ok(())
+}
+
+/// Fails unless each control is caught, and nothing but the controls.
+fn controls() -> Result<()> {
+    let library = library("release", &["--features", "control"])?;
+    for entry in entries(&library) {
+        let found = trespasses(&library, entry, forbidden);
+        let expected = CONTROLS.iter().find(|(control, _)| *control == entry);
+        match expected {
+            Some((control, symbol)) if !found.iter().any(|trespass| trespass.symbol == *symbol) => {
+                return Err(format!("the control {control} was not caught with {symbol}: the check is blind").into());
+            }
+            None if !found.is_empty() => {
+                report("release", &found);
+                return Err(format!("{entry} is caught only when the controls are built").into());
+            }
+            _ => {}
+        }
+    }
+    match CONTROLS.iter().find(|(control, _)| !library.exported.contains_key(*control)) {
+        Some((missing, _)) => Err(format!("the control {missing} is missing from {FOLDER}").into()),
+        None => Ok(()),
+    }
+}
+
+fn library(profile: &str, options: &[&str]) -> Result<Library> {
+    let arguments = [&["build", "--quiet", "--profile", profile], options].concat();
+    succeed(&mut cargo_in(FOLDER, TARGET, &arguments))?;
+    let path = target_dir(TARGET).join(profile).join("libhabitus_no_panic.a");
+    let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+    Library::of_archive(&bytes).map_err(|error| format!("{}: {error}", path.display()).into())
+}
+
+fn entries(library: &Library) -> Vec<&str> {
+    library.exported.keys().map(String::as_str).filter(|name| name.starts_with(PREFIX)).collect()
+}
+
+fn forbidden(node: &Node) -> bool {
+    match node {
+        Node::Undefined(name) => !MEMORY_FUNCTIONS.contains(&name.as_str()),
+        Node::Defined { .. } => false,
+    }
+}
+
+/// Prints each way once, with the entries that it serves.
+fn report(profile: &str, found: &[Trespass]) {
+    let mut entries_of: BTreeMap<(&[String], &BTreeSet<String>), Vec<&str>> = BTreeMap::new();
+    for trespass in found {
+        // The first step is the entry itself; what it calls may be shared.
+        let tail = if trespass.way.len() > 3 { &trespass.way[1..] } else { &trespass.way };
+        entries_of.entry((tail, &trespass.positions)).or_default().push(&trespass.entry);
+    }
+    for ((way, positions), entries) in entries_of {
+        eprintln!("{} (profile {profile}):", entries.join(", "));
+        for (depth, name) in way.iter().enumerate() {
+            eprintln!("  {:depth$}{name}", "");
+        }
+        for position in positions {
+            eprintln!("  may panic at {position}");
+        }
+    }
+}
