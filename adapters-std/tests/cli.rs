@@ -207,6 +207,8 @@ fn bad_training_data_get_a_sentence_each() {
     let trained = json(&["train", "face", &one_person, "--align", "none", "-o", &output]);
     let warnings = trained["warnings"].to_string();
     assert!(warnings.contains("one identity") && trained["identity_dim"] == 1, "{warnings}");
+    let measured = json(&["measure", "model", &one_person, "--align", "none"]);
+    assert!(measured["warnings"].to_string().contains("curves are left out"), "{measured}");
 
     let neutral: Vec<f64> =
         (0..shape[0]).flat_map(|identity| values[identity * shape[1] * face..][..face].to_vec()).collect();

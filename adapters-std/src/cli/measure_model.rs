@@ -49,7 +49,7 @@ pub(super) struct ModelArgs {
     /// Seed of the random faces
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Leave the generalization and specificity curves out, which take minutes where the rest takes seconds
+    /// Leave the generalization and specificity curves out, which take nearly all of the time (20 s for 600 shapes of 2800 vertices on two cores)
     #[arg(long)]
     no_curves: bool,
 }
@@ -96,7 +96,9 @@ pub(super) fn run(args: &ModelArgs, console: &Console) -> Result<(), Error> {
         "vertices": shapes.n_vertices(),
     });
     sizes(args, &shapes, unseen.as_ref(), &mut text, &mut object, console)?;
-    if !args.no_curves {
+    if shapes.n_identities() < 2 && !args.no_curves {
+        console.warn("generalization leaves one identity out and the data hold one, so the curves are left out");
+    } else if !args.no_curves {
         curves(args, &shapes, &mut text, &mut object, console)?;
     }
     console.result(&text, object)
@@ -242,7 +244,8 @@ fn curves(
 ) -> Result<(), Error> {
     let (identity_dims, expression_dims) = (dims(shapes.n_identities()), dims(shapes.n_expressions()));
     let options = GeneralizationOptions {
-        identity_dims: identity_dims.clone(),
+        // One identity is left out, so one weight fewer can be learned.
+        identity_dims: dims(shapes.n_identities() - 1),
         expression_dims: expression_dims.clone(),
         projection: ProjectionOptions::default(),
     };
