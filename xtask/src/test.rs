@@ -17,6 +17,10 @@ pub fn run(options: &Options) -> Result<()> {
     let _ = std::fs::remove_file(&skipped);
     let mut command = cargo(&["test", "--workspace"]);
     command.args(&options.rest).env("HABITUS_SKIPPED", &skipped);
+    // The promise of a change; the default of the crate is a quarter of it.
+    if std::env::var_os("PROPTEST_CASES").is_none() {
+        command.env("PROPTEST_CASES", "1000");
+    }
     let data = project().join("../shared/data");
     if std::env::var_os("HABITUS_DATA").is_none()
         && let Ok(data) = data.canonicalize()

@@ -67,7 +67,7 @@ fn energy(
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(crate::testing::cases() / 4))]
+    #![proptest_config(ProptestConfig::with_cases(crate::testing::cases()))]
 
     /// Energy and gradient against the definition, for all frames, barycentric points, normals and weights.
     #[test]
