@@ -14,7 +14,9 @@ pub type Matrix3<R> = [[R; 3]; 3];
 /// `f = sin(a) / a` and `g = (h + h) h / q`. The diagonal is `1 - (g y y + g z z)` (and cyclic), the entries beside it `g x y -+ f z`, with `g`
 /// multiplied first.
 ///
-/// Accuracy: columns are orthonormal to 8 eps (test `orthonormal`). Panics: never; a non-finite vector gives a non-finite matrix.
+/// Accuracy: `R R^T = I + (2 c - s^2 - c^2 a^2) [v]x^2` for the computed factors s and c, so an error e of `c a^2` enters at most four times. With
+/// `|e| <= 3.5 eps` (two sines, three products, a quotient, the square of the angle) and the roundings of the entries that is at most 20 eps per entry
+/// (test `orthonormal`). Panics: never; a non-finite vector gives a non-finite matrix.
 pub fn rotation_matrix<R: Real>(v: [R; 3]) -> Matrix3<R> {
     let [x, y, z] = v;
     let square = x * x + y * y + z * z;
@@ -85,11 +87,13 @@ mod tests {
         fn orthonormal(x in -9.0f32..9.0, y in -9.0f32..9.0, z in -9.0f32..9.0, shrink in 0i32..12) {
             let factor = 0.5f32.powi(2 * shrink);
             let m = rotation_matrix([x * factor, y * factor, z * factor]);
-            let square = product(&m, &[[m[0][0], m[1][0], m[2][0]], [m[0][1], m[1][1], m[2][1]], [m[0][2], m[1][2], m[2][2]]]);
-            for (i, row) in square.iter().enumerate() {
+            // In f64, so that only the matrix is measured, not the product.
+            let wide = m.map(|row| row.map(f64::from));
+            let transposed = [0, 1, 2].map(|i| wide.map(|row| row[i]));
+            for (i, row) in product(&wide, &transposed).iter().enumerate() {
                 for (j, &entry) in row.iter().enumerate() {
-                    let expected = f32::from(u8::from(i == j));
-                    prop_assert!((entry - expected).abs() <= 8.0 * f32::EPSILON);
+                    let expected = f64::from(u8::from(i == j));
+                    prop_assert!((entry - expected).abs() <= 20.0 * f64::from(f32::EPSILON));
                 }
             }
             let image = applied(&m, [x, y, z]);
