@@ -1,118 +1,16 @@
-//! The kernel at the speed of the host: eq. 8.1 and its derivatives with the vector width chosen at run time, and over threads.
+//! The kernel at the speed of the host: eq. 8.1 and its derivatives with the vector width chosen at run time ([`habitus_dispatch`]), and over threads.
 //!
-//! `habitus_core` is compiled for the smallest processor of a target; its kernels are inlined here into functions that are compiled once more for
-//! wider vectors ([`pulp`]). Each lane sums in the order of the kernel and no operation is fused, so the bits are those of the kernel,
-//! whatever the width and the number of threads. Errors are the kernel's.
+//! Each lane sums in the order of the kernel and no operation is fused, so the bits are those of the kernel, whatever the width and the number
+//! of threads. Errors are the kernel's.
 
 use std::ops::Range;
 
 use habitus_core::Error;
-use habitus_core::fit::{self, FitOptions, FitReport, Frame, Samples};
 use habitus_core::format::Mode;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::{self, Prepared};
 use habitus_core::generator::{Generator, LANES, NUMBERS, Weights};
-use habitus_core::rotation::similarity::Similarity;
-use pulp::NullaryFnOnce;
-
-/// Defines a function whose body is compiled for every vector width and chosen at run time.
-///
-/// The body is a method that must be inlined, not a closure: a closure that the compiler leaves alone would keep the narrow width.
-macro_rules! dispatched {
-    (
-        $(#[$attribute:meta])*
-        pub fn $name:ident [$($generics:tt)*] [$($uses:tt)*] ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
-    ) => {
-        $(#[$attribute])*
-        #[allow(clippy::too_many_arguments)]
-        pub fn $name<$($generics)*>($($argument: $type),*) -> $output {
-            struct Call<$($generics)*> { $($argument: $type),* }
-            impl<$($generics)*> NullaryFnOnce for Call<$($uses)*> {
-                type Output = $output;
-                #[inline(always)]
-                fn call(self) -> $output {
-                    let Call { $($argument),* } = self;
-                    $body
-                }
-            }
-            widest(Call { $($argument),* })
-        }
-    };
-}
-
-/// Runs a call with the widest vectors that pay: 512 bits, 256 bits, or those of the target.
-fn widest<C: NullaryFnOnce>(call: C) -> C::Output {
-    pulp::Arch::new().dispatch(call)
-}
-
-dispatched! {
-    /// [`Generator::evaluate`] on one thread.
-    pub fn evaluate['a, G: Generator]['a, G](
-        generator: &'a G,
-        weights: Weights<'a>,
-        vertices: Range<usize>,
-        out: &'a mut [f32],
-    ) -> Result<(), Error> {
-        generator.evaluate(weights, vertices, out)
-    }
-}
-
-dispatched! {
-    /// [`Generator::linearise`] on one thread: values and Jacobian of a range of blocks, `[block][column][3][16]`.
-    pub fn linearise['a, G: Generator]['a, G](
-        generator: &'a G,
-        weights: Weights<'a>,
-        blocks: Range<usize>,
-        values: &'a mut [f32],
-        jacobian: &'a mut [f32],
-    ) -> Result<(), Error> {
-        generator.linearise(weights, blocks, values, jacobian)
-    }
-}
-
-dispatched! {
-    /// [`Prepared::new`] on one thread; the result is evaluated by [`evaluate`] and [`linearise`].
-    pub fn prepared['a, 'm, 'w]['a, 'm, 'w](
-        generator: &'a Bilinear<'m>,
-        fixed: Mode,
-        weights: &'a [f32],
-        blocks: Range<usize>,
-        workspace: &'w mut [f32],
-    ) -> Result<Prepared<'w>, Error> {
-        Prepared::new(generator, fixed, weights, blocks, workspace)
-    }
-}
-
-dispatched! {
-    /// [`fit::normal_equations()`] on one thread: its sums over samples have one order.
-    pub fn normal_equations['a, G: Generator, S: Samples + ?Sized]['a, G, S](
-        generator: &'a G,
-        weights: Weights<'a>,
-        samples: &'a S,
-        placement: &'a Similarity<f32>,
-        frame: Frame,
-        jtj: &'a mut [f32],
-        jtr: &'a mut [f32],
-        workspace: &'a mut [f32],
-    ) -> Result<f32, Error> {
-        fit::normal_equations(generator, weights, samples, placement, frame, jtj, jtr, workspace)
-    }
-}
-
-dispatched! {
-    /// [`fit::fit_points()`] on one thread.
-    pub fn fit_points['a, 'p, G: Generator, S: Samples + ?Sized]['a, 'p, G, S](
-        generator: &'a G,
-        samples: &'a S,
-        options: &'a FitOptions<'p>,
-        identity: &'a mut [f32],
-        pose: &'a mut [f32],
-        placement: &'a mut Similarity<f32>,
-        workspace: &'a mut [f32],
-    ) -> Result<FitReport, Error> {
-        fit::fit_points(generator, samples, options, identity, pose, placement, workspace)
-    }
-}
+pub use habitus_dispatch::{evaluate, fit_points, linearise, normal_equations, prepared};
 
 /// [`evaluate`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
 ///

@@ -184,6 +184,31 @@ impl Error {
     }
 }
 
+impl Error {
+    /// The two numbers of the error in the order of their declaration, zero where it has fewer.
+    pub const fn numbers(self) -> [u32; 2] {
+        match self {
+            Error::DimensionMismatch { expected, found } => [expected, found],
+            Error::IndexOutOfRange { index, limit } => [index, limit],
+            Error::OutputTooSmall { needed, given } | Error::WorkspaceTooSmall { needed, given } => [needed, given],
+            Error::Truncated { needed, found } => [needed, found],
+            Error::BadContent { section, index } => [section, index],
+            Error::LimitExceeded { found, limit } => [found, limit],
+            Error::NotFinite { index } | Error::BadSample { index } | Error::NonPositivePivot { index } => [index, 0],
+            Error::BadOption { option } => [option, 0],
+            Error::UnknownVersion { version } => [version, 0],
+            Error::BadHeader { offset } => [offset, 0],
+            Error::BadChecksum { section }
+            | Error::BadSection { section }
+            | Error::UnknownSection { section }
+            | Error::MissingSection { section }
+            | Error::Unsupported { section } => [section, 0],
+            Error::NotConverged { iterations } => [iterations, 0],
+            Error::Empty | Error::BadMagic | Error::Degenerate => [0, 0],
+        }
+    }
+}
+
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match *self {

@@ -8,6 +8,7 @@ mod call_graph;
 mod docs;
 mod firmware;
 mod fused;
+mod header;
 mod lint;
 mod nightly;
 mod no_panic;
@@ -36,6 +37,8 @@ enum Command {
     NoPanic,
     /// Builds the documentation with warnings as errors.
     Docs,
+    /// Writes include/habitus.h from the crate in ffi/; with --check, fails when the committed one differs.
+    Header(header::Options),
     /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
     Lint,
     /// Runs what takes too long for every change.
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
         Command::Firmware(options) => firmware::run(&options),
         Command::NoPanic => no_panic::run(),
         Command::Docs => docs::run(),
+        Command::Header(options) => header::run(&options),
         Command::Lint => lint::run(),
         Command::Nightly(options) => nightly::run(&options),
     };

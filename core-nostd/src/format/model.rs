@@ -7,7 +7,7 @@ use super::section::{Section, SectionId, Sections};
 use super::view::{Faces, Floats, Indices, Lines};
 use crate::Error;
 use crate::generator::bilinear::Bilinear;
-use crate::workspace::saturated;
+use crate::workspace::{check_len, saturated};
 
 /// Whether [`Model::open_with`] looks at the checksums of the sections. The header's is always checked, and so is all meaning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,6 +36,27 @@ pub struct Gaussian<'a> {
     pub scale: Floats<'a>,
     /// Inverse covariance, `d x d`, symmetric.
     pub precision: Floats<'a>,
+}
+
+impl Gaussian<'_> {
+    /// Writes the weights at so many standard deviations from the mean, `mean + deviation * scale` each; 0 is the mean of the training data.
+    ///
+    /// Errors: `DimensionMismatch`, `NotFinite` when a deviation or a weight is not finite; `weights` is untouched then. Panics: never.
+    pub fn weights_into(&self, deviations: &[f32], weights: &mut [f32]) -> Result<(), Error> {
+        check_len(self.mean.len(), deviations.len())?;
+        check_len(self.mean.len(), weights.len())?;
+        let all = || {
+            let statistics = self.mean.iter().zip(self.scale.iter());
+            statistics.zip(deviations).map(|((mean, scale), deviation)| mean + deviation * scale)
+        };
+        if let Some(index) = all().position(|weight| !weight.is_finite()) {
+            return Err(Error::NotFinite { index: saturated(index) });
+        }
+        for (to, weight) in weights.iter_mut().zip(all()) {
+            *to = weight;
+        }
+        Ok(())
+    }
 }
 
 /// A model file that has passed every check. Copying it copies views.
@@ -141,7 +162,12 @@ impl<'a> Model<'a> {
 
     /// Where the model comes from.
     pub fn provenance(&self) -> Option<&'a str> {
-        self.lines(SectionId::Provenance).map(|lines| lines.text())
+        self.provenance_lines().map(|lines| lines.text())
+    }
+
+    /// The same by lines.
+    pub fn provenance_lines(&self) -> Option<Lines<'a>> {
+        self.lines(SectionId::Provenance)
     }
 
     fn known(&self, id: SectionId) -> Option<Section<'a>> {

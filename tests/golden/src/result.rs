@@ -164,26 +164,8 @@ impl From<Error> for Problem {
     }
 }
 
-/// Code and the two numbers of an error in the order of their declaration, zero where it has fewer.
+/// Code and the two numbers of an error.
 fn numbers_of(error: Error) -> [u32; 3] {
-    let (first, second) = match error {
-        Error::DimensionMismatch { expected, found } => (expected, found),
-        Error::IndexOutOfRange { index, limit } => (index, limit),
-        Error::NotFinite { index } | Error::NonPositivePivot { index } => (index, 0),
-        Error::BadOption { option } => (option, 0),
-        Error::OutputTooSmall { needed, given } | Error::WorkspaceTooSmall { needed, given } => (needed, given),
-        Error::Truncated { needed, found } => (needed, found),
-        Error::UnknownVersion { version } => (version, 0),
-        Error::BadHeader { offset } => (offset, 0),
-        Error::BadChecksum { section }
-        | Error::BadSection { section }
-        | Error::UnknownSection { section }
-        | Error::MissingSection { section }
-        | Error::Unsupported { section } => (section, 0),
-        Error::BadContent { section, index } => (section, index),
-        Error::LimitExceeded { found, limit } => (found, limit),
-        Error::NotConverged { iterations } => (iterations, 0),
-        _ => (0, 0),
-    };
+    let [first, second] = error.numbers();
     [error.code() as u32, first, second]
 }

@@ -1,0 +1,142 @@
+//! The kernel at the speed of the host: eq. 8.1 and its derivatives with the vector width chosen at run time, on one thread.
+//!
+//! `habitus_core` is compiled for the smallest processor of a target; its kernels are inlined here into functions that are compiled once more for
+//! wider vectors (`pulp`). Each lane sums in the order of the kernel and no operation is fused, so the bits are those of the kernel,
+//! whatever the width. Errors are the kernel's. Without the feature `std` the functions are plain calls of the kernel, for targets without
+//! an operating system that could tell the processor.
+#![no_std]
+#![forbid(unsafe_code)]
+
+use core::ops::Range;
+
+use habitus_core::Error;
+use habitus_core::fit::{self, FitOptions, FitReport, Frame, Samples};
+use habitus_core::format::Mode;
+use habitus_core::generator::bilinear::Bilinear;
+use habitus_core::generator::prepared::Prepared;
+use habitus_core::generator::{Generator, Weights};
+use habitus_core::rotation::similarity::Similarity;
+
+/// A call with its arguments.
+trait Call {
+    type Output;
+    fn call(self) -> Self::Output;
+}
+
+/// Defines a function whose body is compiled for every vector width and chosen at run time.
+///
+/// The body is a method that must be inlined, not a closure: a closure that the compiler leaves alone would keep the narrow width.
+macro_rules! dispatched {
+    (
+        $(#[$attribute:meta])*
+        pub fn $name:ident [$($generics:tt)*] [$($uses:tt)*] ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
+    ) => {
+        $(#[$attribute])*
+        #[allow(clippy::too_many_arguments)]
+        pub fn $name<$($generics)*>($($argument: $type),*) -> $output {
+            struct Arguments<$($generics)*> { $($argument: $type),* }
+            impl<$($generics)*> Call for Arguments<$($uses)*> {
+                type Output = $output;
+                #[inline(always)]
+                fn call(self) -> $output {
+                    let Arguments { $($argument),* } = self;
+                    $body
+                }
+            }
+            widest(Arguments { $($argument),* })
+        }
+    };
+}
+
+/// Runs a call with the widest vectors that pay: 512 bits, 256 bits, or those of the target.
+#[cfg(feature = "std")]
+fn widest<C: Call>(call: C) -> C::Output {
+    struct Within<C>(C);
+
+    impl<C: Call> pulp::NullaryFnOnce for Within<C> {
+        type Output = C::Output;
+
+        #[inline(always)]
+        fn call(self) -> C::Output {
+            self.0.call()
+        }
+    }
+
+    pulp::Arch::new().dispatch(Within(call))
+}
+
+/// Runs a call with the vectors of the target.
+#[cfg(not(feature = "std"))]
+#[inline(always)]
+fn widest<C: Call>(call: C) -> C::Output {
+    call.call()
+}
+
+dispatched! {
+    /// [`Generator::evaluate`] on one thread.
+    pub fn evaluate['a, G: Generator]['a, G](
+        generator: &'a G,
+        weights: Weights<'a>,
+        vertices: Range<usize>,
+        out: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate(weights, vertices, out)
+    }
+}
+
+dispatched! {
+    /// [`Generator::linearise`] on one thread: values and Jacobian of a range of blocks, `[block][column][3][16]`.
+    pub fn linearise['a, G: Generator]['a, G](
+        generator: &'a G,
+        weights: Weights<'a>,
+        blocks: Range<usize>,
+        values: &'a mut [f32],
+        jacobian: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.linearise(weights, blocks, values, jacobian)
+    }
+}
+
+dispatched! {
+    /// [`Prepared::new`] on one thread; the result is evaluated by [`evaluate`] and [`linearise`].
+    pub fn prepared['a, 'm, 'w]['a, 'm, 'w](
+        generator: &'a Bilinear<'m>,
+        fixed: Mode,
+        weights: &'a [f32],
+        blocks: Range<usize>,
+        workspace: &'w mut [f32],
+    ) -> Result<Prepared<'w>, Error> {
+        Prepared::new(generator, fixed, weights, blocks, workspace)
+    }
+}
+
+dispatched! {
+    /// [`fit::normal_equations()`] on one thread: its sums over samples have one order.
+    pub fn normal_equations['a, G: Generator, S: Samples + ?Sized]['a, G, S](
+        generator: &'a G,
+        weights: Weights<'a>,
+        samples: &'a S,
+        placement: &'a Similarity<f32>,
+        frame: Frame,
+        jtj: &'a mut [f32],
+        jtr: &'a mut [f32],
+        workspace: &'a mut [f32],
+    ) -> Result<f32, Error> {
+        fit::normal_equations(generator, weights, samples, placement, frame, jtj, jtr, workspace)
+    }
+}
+
+dispatched! {
+    /// [`fit::fit_points()`] on one thread.
+    pub fn fit_points['a, 'p, G: Generator, S: Samples + ?Sized]['a, 'p, G, S](
+        generator: &'a G,
+        samples: &'a S,
+        options: &'a FitOptions<'p>,
+        identity: &'a mut [f32],
+        pose: &'a mut [f32],
+        placement: &'a mut Similarity<f32>,
+        workspace: &'a mut [f32],
+    ) -> Result<FitReport, Error> {
+        fit::fit_points(generator, samples, options, identity, pose, placement, workspace)
+    }
+}

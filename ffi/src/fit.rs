@@ -1,0 +1,513 @@
+//! From landmarks or corresponding points to weights and placement.
+
+use habitus_core::Error;
+use habitus_core::fit::{FitOptions, FitReport, Frame, Sample, Samples, SurfacePoint, fit_points_req};
+use habitus_core::format::{Indices, Mode, SectionId};
+use habitus_core::generator::Generator;
+use habitus_core::generator::bilinear::Bilinear;
+use habitus_core::generator::prepared::Prepared;
+use habitus_core::prior::Prior;
+use habitus_core::rotation::similarity::Similarity;
+use habitus_core::solve::levenberg_marquardt::{Limits, Status};
+use habitus_dispatch as kernel;
+
+use crate::code::{Refusal, hab_code, hab_error_detail};
+use crate::memory::{Arguments, Input, OutObject, Output, call};
+use crate::model::{Opened, hab_model, opened};
+use crate::prepared::{formed, hab_prepared};
+
+/// Which motions of the placement a fit seeks beside the weights; hab_fit_options takes it as a uint32_t.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum hab_frame {
+    /// None: the placement is known.
+    HAB_FRAME_FIXED = 0,
+    /// Rotation and translation.
+    HAB_FRAME_RIGID = 1,
+    /// Rotation, translation and scale.
+    HAB_FRAME_SIMILARITY = 2,
+}
+
+/// What a fit knows of the weights of a mode before it sees the data; hab_fit_options takes it as a uint32_t.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum hab_prior {
+    /// Nothing: the data must determine every weight.
+    HAB_PRIOR_NONE = 0,
+    /// The Gaussian of the training data; its energy is multiplied by the factor.
+    HAB_PRIOR_GAUSSIAN = 1,
+    /// Each weight within so many standard deviations of its mean as the factor says.
+    HAB_PRIOR_BOX = 2,
+}
+
+/// Why a fit stopped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u32)]
+pub enum hab_status {
+    /// At a minimum.
+    HAB_STATUS_CONVERGED = 0,
+    /// At the limit of iterations; the result is the best so far.
+    HAB_STATUS_ITERATION_LIMIT = 1,
+    /// Where even the smallest step raises the energy: at the limit of rounding.
+    HAB_STATUS_STALLED = 2,
+}
+
+/// Where a model stands: x -> scale * rotation * x + translation takes a point of the model to the frame of the scan.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct hab_placement {
+    /// Factor of lengths, above zero.
+    pub scale: f32,
+    /// Rotation matrix by rows.
+    pub rotation: [f32; 9],
+    /// Translation, millimetres.
+    pub translation: [f32; 3],
+}
+
+/// How to fit; hab_fit_options_init fills it with what suits landmarks of a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct hab_fit_options {
+    /// sizeof(hab_fit_options), so that later versions can add members.
+    pub struct_bytes: u32,
+    /// Which motions are sought, see hab_frame; option 1 of HAB_BAD_OPTION.
+    pub frame: u32,
+    /// 1: the first placement is found from the data; 0: it is the one given. Option 2.
+    pub place: u32,
+    /// Prior of the identity weights, see hab_prior; option 3.
+    pub identity_prior: u32,
+    /// Prior of the pose weights; option 4.
+    pub pose_prior: u32,
+    /// Factor of the identity prior, above zero; option 5.
+    pub identity_factor: f32,
+    /// Factor of the pose prior, above zero; option 6.
+    pub pose_factor: f32,
+    /// Standard deviation of the measured positions per axis, millimetres, above zero; option 7.
+    pub noise: f32,
+    /// Most evaluations after the first.
+    pub max_iterations: u32,
+    /// Stop when a step would lower the energy by less than this fraction, at least 0; option 8.
+    pub relative_decrease: f32,
+    /// First damping relative to the diagonal of the normal equations, above zero; option 9.
+    pub damping: f32,
+}
+
+/// A point of the model and where it was measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct hab_sample {
+    /// Vertices of a triangle, or one vertex and any two others of weight 0.
+    pub vertices: [u32; 3],
+    /// Weights of the vertices, sum 1.
+    pub barycentric: [f32; 3],
+    /// Measured position in the frame of the scan, millimetres.
+    pub target: [f32; 3],
+    /// Unit normal of the scan at the target: with it only the distance along the normal counts. All zero: no normal.
+    pub normal: [f32; 3],
+    /// Weight of the squared distance, at least 0; 0 leaves the sample out.
+    pub weight: f32,
+}
+
+/// How a fit ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C)]
+pub struct hab_fit_report {
+    /// Root of the weighted mean squared distance of the samples, millimetres.
+    pub rms: f32,
+    /// Energy at the result: squared distances over the squared noise, and the priors.
+    pub energy: f32,
+    /// Energy after placing, before the first step.
+    pub start_energy: f32,
+    /// Iterations.
+    pub iterations: u32,
+    /// Why it stopped, see hab_status.
+    pub status: u32,
+}
+
+/// Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, the solver's own limits.
+///
+/// Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED.
+///
+/// # Safety
+/// `options` can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_fit_options_init(options: *mut hab_fit_options) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        let out = arguments.out_object(1, options)?;
+        let limits = Limits::<f32>::default();
+        let options = hab_fit_options {
+            struct_bytes: size_of::<hab_fit_options>() as u32,
+            frame: hab_frame::HAB_FRAME_RIGID as u32,
+            place: 1,
+            identity_prior: hab_prior::HAB_PRIOR_GAUSSIAN as u32,
+            pose_prior: hab_prior::HAB_PRIOR_GAUSSIAN as u32,
+            identity_factor: 1.0,
+            pose_factor: 1.0,
+            noise: 1.0,
+            max_iterations: limits.max_iterations,
+            relative_decrease: limits.relative_decrease,
+            damping: limits.damping,
+        };
+        // SAFETY: the caller's promise.
+        unsafe { out.set(options) };
+        Ok(())
+    };
+    // SAFETY: null is no detail.
+    unsafe { call(core::ptr::null_mut(), 0, body) }
+}
+
+/// Bytes of workspace that a fit needs; HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0 for an unknown frame.
+#[unsafe(no_mangle)]
+pub extern "C" fn hab_fit_workspace_bytes(identity_dim: u32, pose_dim: u32, frame: u32) -> usize {
+    match frame_of(frame) {
+        Ok(frame) => fit_points_req(identity_dim as usize, pose_dim as usize, frame).f32_bytes(),
+        Err(_) => 0,
+    }
+}
+
+/// Finds weights and placement from the model's landmarks: a maximum a posteriori estimate for measurements with independent noise.
+///
+/// prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
+/// iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
+/// null with length 0 says that all were. identity and pose hold the start (the mean of the training data: hab_model_weights with deviations of 0) and receive the
+/// result; so does placement, whose start counts only when options->place is 0. report may be null.
+///
+/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
+/// a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
+/// HAB_BAD_LENGTH.
+///
+/// # Safety
+/// `model` was opened, `prepared` is null or was made by hab_prepared_init; the others point to as many elements as are said; `report` and `detail` are null or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_fit_landmarks(
+    model: *const hab_model,
+    prepared: *const hab_prepared,
+    options: *const hab_fit_options,
+    targets: *const f32,
+    targets_len: usize,
+    measured: *const u8,
+    measured_len: usize,
+    identity: *mut f32,
+    identity_len: usize,
+    pose: *mut f32,
+    pose_len: usize,
+    placement: *mut hab_placement,
+    workspace: *mut core::ffi::c_void,
+    workspace_bytes: usize,
+    report: *mut hab_fit_report,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        // SAFETY: the caller's promise.
+        let generator = unsafe { Shape::of(arguments, model, prepared)? };
+        // SAFETY: the caller's promise.
+        let options = unsafe { checked_options(arguments, options)? };
+        let targets = arguments.input(4, targets, targets_len)?;
+        let measured = arguments.input(6, measured, measured_len)?;
+        let memory = FitMemory {
+            identity: arguments.output(8, identity, identity_len)?,
+            pose: arguments.output(10, pose, pose_len)?,
+            placement: arguments.out_object(12, placement)?,
+            workspace: arguments.workspace(13, workspace.cast(), workspace_bytes)?,
+            report: optional(arguments, 15, report)?,
+        };
+        // SAFETY: the caller's promise.
+        let (targets, measured) = unsafe { (targets.slice(), measured.slice()) };
+        let landmarks = Landmarks::new(generator.model, targets, measured)?;
+        // SAFETY: the caller's promise.
+        unsafe { fitted(&generator, &options, &landmarks, &memory) }
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 16, body) }
+}
+
+/// Finds weights and placement from points whose correspondences are known, on vertices or within triangles, each with a weight and perhaps a normal (point to
+/// plane). The other arguments are those of hab_fit_landmarks.
+///
+/// Returns as hab_fit_landmarks, and HAB_BAD_SAMPLE for a normal that is neither zero nor of unit length.
+///
+/// # Safety
+/// As hab_fit_landmarks.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_fit_points(
+    model: *const hab_model,
+    prepared: *const hab_prepared,
+    options: *const hab_fit_options,
+    samples: *const hab_sample,
+    samples_len: usize,
+    identity: *mut f32,
+    identity_len: usize,
+    pose: *mut f32,
+    pose_len: usize,
+    placement: *mut hab_placement,
+    workspace: *mut core::ffi::c_void,
+    workspace_bytes: usize,
+    report: *mut hab_fit_report,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        // SAFETY: the caller's promise.
+        let generator = unsafe { Shape::of(arguments, model, prepared)? };
+        // SAFETY: the caller's promise.
+        let options = unsafe { checked_options(arguments, options)? };
+        let samples: Input<hab_sample> = arguments.input(4, samples, samples_len)?;
+        let memory = FitMemory {
+            identity: arguments.output(6, identity, identity_len)?,
+            pose: arguments.output(8, pose, pose_len)?,
+            placement: arguments.out_object(10, placement)?,
+            workspace: arguments.workspace(11, workspace.cast(), workspace_bytes)?,
+            report: optional(arguments, 13, report)?,
+        };
+        // SAFETY: the caller's promise.
+        unsafe { fitted(&generator, &options, &Points(samples.slice()), &memory) }
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 14, body) }
+}
+
+/// What is fitted.
+struct Shape<'a> {
+    model: &'a Opened,
+    prepared: Option<&'a Prepared<'static>>,
+}
+
+impl<'a> Shape<'a> {
+    /// # Safety
+    /// As [`opened`] and [`formed`].
+    unsafe fn of(
+        arguments: &mut Arguments,
+        model: *const hab_model,
+        prepared: *const hab_prepared,
+    ) -> Result<Self, Refusal> {
+        // SAFETY: the caller's promise.
+        let model = unsafe { opened(arguments, 1, model)? };
+        if prepared.is_null() {
+            return Ok(Shape { model, prepared: None });
+        }
+        // SAFETY: the caller's promise.
+        let form = unsafe { formed(arguments, 2, prepared)? };
+        // A form of some of the blocks, or of another model, has other vertices.
+        let (expected, found) = (model.generator.vertex_count(), form.vertex_count());
+        if expected != found {
+            let error = Error::DimensionMismatch { expected: expected as u32, found: found as u32 };
+            return Err(Refusal::Kernel(error));
+        }
+        Ok(Shape { model, prepared: Some(form) })
+    }
+}
+
+/// Where a fit reads its start and writes its result.
+struct FitMemory {
+    identity: Output<f32>,
+    pose: Output<f32>,
+    placement: OutObject<hab_placement>,
+    workspace: Output<f32>,
+    report: Option<OutObject<hab_fit_report>>,
+}
+
+fn optional<T>(arguments: &mut Arguments, argument: u32, pointer: *mut T) -> Result<Option<OutObject<T>>, Refusal> {
+    if pointer.is_null() { Ok(None) } else { arguments.out_object(argument, pointer).map(Some) }
+}
+
+/// The options, once their size and numbers are known.
+///
+/// # Safety
+/// `options` is null or can be read.
+unsafe fn checked_options(
+    arguments: &mut Arguments,
+    options: *const hab_fit_options,
+) -> Result<hab_fit_options, Refusal> {
+    let pointer = arguments.object(3, options)?.pointer();
+    // SAFETY: the caller's promise; the size comes first.
+    let struct_bytes = unsafe { (&raw const (*pointer).struct_bytes).read() };
+    if struct_bytes as usize != size_of::<hab_fit_options>() {
+        return Err(Refusal::BadStruct { argument: 3, bytes: struct_bytes });
+    }
+    // SAFETY: the caller's promise.
+    let options = unsafe { pointer.read() };
+    let positive = |value: f32| value > 0.0 && value.is_finite();
+    let checks = [
+        options.frame <= hab_frame::HAB_FRAME_SIMILARITY as u32,
+        options.place <= 1,
+        options.identity_prior <= hab_prior::HAB_PRIOR_BOX as u32,
+        options.pose_prior <= hab_prior::HAB_PRIOR_BOX as u32,
+        positive(options.identity_factor),
+        positive(options.pose_factor),
+        positive(options.noise),
+        options.relative_decrease >= 0.0 && options.relative_decrease.is_finite(),
+        positive(options.damping),
+    ];
+    match checks.iter().position(|fits| !fits) {
+        Some(option) => Err(Refusal::Kernel(Error::BadOption { option: option as u32 + 1 })),
+        None => Ok(options),
+    }
+}
+
+fn frame_of(number: u32) -> Result<Frame, Refusal> {
+    match number {
+        0 => Ok(Frame::Fixed),
+        1 => Ok(Frame::Rigid),
+        2 => Ok(Frame::Similarity),
+        _ => Err(Refusal::Kernel(Error::BadOption { option: 1 })),
+    }
+}
+
+/// Runs the fit.
+///
+/// # Safety
+/// The memory can be read and written as far as it says.
+unsafe fn fitted<S: Samples>(
+    shape: &Shape<'_>,
+    options: &hab_fit_options,
+    samples: &S,
+    memory: &FitMemory,
+) -> Result<(), Refusal> {
+    match shape.prepared {
+        // SAFETY: the caller's promise.
+        Some(form) => unsafe { fitted_to(form, shape.model, options, samples, memory) },
+        // SAFETY: the caller's promise.
+        None => unsafe { fitted_to::<Bilinear<'_>, S>(&shape.model.generator, shape.model, options, samples, memory) },
+    }
+}
+
+/// # Safety
+/// As [`fitted`].
+unsafe fn fitted_to<G: Generator, S: Samples>(
+    generator: &G,
+    model: &Opened,
+    options: &hab_fit_options,
+    samples: &S,
+    memory: &FitMemory,
+) -> Result<(), Refusal> {
+    let core_options = FitOptions {
+        frame: frame_of(options.frame)?,
+        place: options.place != 0,
+        identity_prior: prior(model, Mode::Identity, generator.identity_dim(), options)?,
+        pose_prior: prior(model, Mode::Pose, generator.pose_dim(), options)?,
+        noise: options.noise,
+        limits: Limits {
+            max_iterations: options.max_iterations,
+            relative_decrease: options.relative_decrease,
+            damping: options.damping,
+        },
+    };
+    // SAFETY: the caller's promise.
+    let (identity, pose, workspace, place) =
+        unsafe { (memory.identity.slice(), memory.pose.slice(), memory.workspace.slice(), memory.placement.old()) };
+    let mut place = similarity(&place);
+    let report = kernel::fit_points(generator, samples, &core_options, identity, pose, &mut place, workspace)?;
+    // SAFETY: the caller's promise.
+    unsafe { memory.placement.set(placement(&place)) };
+    if let Some(out) = &memory.report {
+        // SAFETY: the caller's promise.
+        unsafe { out.set(reported(&report)) };
+    }
+    Ok(())
+}
+
+/// The prior of a mode; none for a mode that is fixed.
+fn prior<'a>(model: &'a Opened, mode: Mode, dim: usize, options: &hab_fit_options) -> Result<Prior<'a>, Refusal> {
+    let (kind, factor, section) = match mode {
+        Mode::Identity => (options.identity_prior, options.identity_factor, SectionId::IdentityMean),
+        Mode::Pose => (options.pose_prior, options.pose_factor, SectionId::PoseMean),
+    };
+    if kind == hab_prior::HAB_PRIOR_NONE as u32 || dim == 0 {
+        return Ok(Prior::None);
+    }
+    let gaussian = model.model.gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
+    Ok(if kind == hab_prior::HAB_PRIOR_BOX as u32 {
+        Prior::Box(gaussian, factor)
+    } else {
+        Prior::Gaussian(gaussian, factor)
+    })
+}
+
+fn similarity(placement: &hab_placement) -> Similarity<f32> {
+    let [a, b, c, d, e, f, g, h, i] = placement.rotation;
+    Similarity {
+        scale: placement.scale,
+        rotation: [[a, b, c], [d, e, f], [g, h, i]],
+        translation: placement.translation,
+    }
+}
+
+fn placement(similarity: &Similarity<f32>) -> hab_placement {
+    let [[a, b, c], [d, e, f], [g, h, i]] = similarity.rotation;
+    hab_placement {
+        scale: similarity.scale,
+        rotation: [a, b, c, d, e, f, g, h, i],
+        translation: similarity.translation,
+    }
+}
+
+fn reported(report: &FitReport) -> hab_fit_report {
+    let status = match report.status {
+        Status::Converged => hab_status::HAB_STATUS_CONVERGED,
+        Status::IterationLimit => hab_status::HAB_STATUS_ITERATION_LIMIT,
+        Status::Stalled => hab_status::HAB_STATUS_STALLED,
+    };
+    hab_fit_report {
+        rms: report.rms,
+        energy: report.energy,
+        start_energy: report.start_energy,
+        iterations: report.iterations,
+        status: status as u32,
+    }
+}
+
+/// C's landmarks as samples.
+struct Landmarks<'a> {
+    vertices: Indices<'a>,
+    targets: &'a [[f32; 3]],
+    measured: &'a [u8],
+}
+
+impl<'a> Landmarks<'a> {
+    fn new(model: &Opened, targets: &'a [f32], measured: &'a [u8]) -> Result<Self, Refusal> {
+        let unsupported = Error::Unsupported { section: SectionId::Landmarks as u32 };
+        let vertices = model.model.landmarks().ok_or(unsupported)?;
+        let mismatch = |expected: usize, found: usize| {
+            let found = u32::try_from(found).unwrap_or(u32::MAX);
+            Refusal::Kernel(Error::DimensionMismatch { expected: expected as u32, found })
+        };
+        if targets.len() != 3 * vertices.len() {
+            return Err(mismatch(3 * vertices.len(), targets.len()));
+        }
+        if !measured.is_empty() && measured.len() != vertices.len() {
+            return Err(mismatch(vertices.len(), measured.len()));
+        }
+        Ok(Landmarks { vertices, targets: targets.as_chunks().0, measured })
+    }
+}
+
+impl Samples for Landmarks<'_> {
+    fn len(&self) -> usize {
+        self.targets.len()
+    }
+
+    #[inline(always)]
+    fn get(&self, index: usize) -> Option<Sample> {
+        if self.measured.get(index) == Some(&0) {
+            return None;
+        }
+        let point = SurfacePoint::vertex(self.vertices.get(index)?);
+        Some(Sample { point, target: *self.targets.get(index)?, normal: None, weight: 1.0 })
+    }
+}
+
+/// C's samples.
+struct Points<'a>(&'a [hab_sample]);
+
+impl Samples for Points<'_> {
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline(always)]
+    fn get(&self, index: usize) -> Option<Sample> {
+        let sample = self.0.get(index)?;
+        let point = SurfacePoint { vertices: sample.vertices, barycentric: sample.barycentric };
+        let normal = (sample.normal != [0.0; 3]).then_some(sample.normal);
+        Some(Sample { point, target: sample.target, normal, weight: sample.weight })
+    }
+}

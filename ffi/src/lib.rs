@@ -1,0 +1,42 @@
+//! The kernel behind a C ABI; `include/habitus.h` is generated from this crate (`cargo xtask header`) and is its documentation for C.
+//!
+//! Every function checks what C cannot promise (null, alignment, overlap, lengths) in one place, [`memory`], then calls the kernel. Nothing is
+//! allocated on either side, nothing panics, and what a call writes is untouched when it returns an error.
+//!
+//! | module | what C sees |
+//! |---|---|
+//! | [`code`] | error codes, their names and sentences |
+//! | [`model`] | opening a file, counts |
+//! | [`sections`] | what a file holds: triangles, landmarks, names, statistics |
+//! | [`evaluate`] | positions and derivatives by ranges |
+//! | [`prepared`] | forms with the identity or the pose fixed |
+//! | [`fit`] | weights and placement from landmarks or points |
+#![cfg_attr(not(feature = "std"), no_std)]
+// The names are those of the C header.
+#![allow(non_camel_case_types)]
+
+pub mod code;
+pub mod evaluate;
+pub mod fit;
+mod memory;
+pub mod model;
+pub mod prepared;
+pub mod sections;
+
+/// Number of the binary interface. It grows with every function that is added; what exists keeps its meaning.
+pub const HAB_ABI_VERSION: u32 = 1;
+
+/// The `HAB_ABI_VERSION` that the library was built with: at least the header's that a program was compiled with, else the library is too old for it.
+#[unsafe(no_mangle)]
+pub extern "C" fn hab_abi_version() -> u32 {
+    HAB_ABI_VERSION
+}
+
+/// What a bare-metal or browser build does on a panic, which no entry can reach: `cargo xtask no-panic` proves it.
+#[cfg(all(not(feature = "std"), not(test)))]
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
+    loop {
+        core::hint::spin_loop();
+    }
+}

@@ -1,0 +1,204 @@
+//! Forms of a model with the identity or the pose fixed: tracking fixes the identity once, then pays only for the pose.
+
+use core::mem::MaybeUninit;
+
+use habitus_core::format::Mode;
+use habitus_core::generator::prepared::{Prepared, prepared_req};
+use habitus_core::generator::{Generator, Weights};
+use habitus_dispatch as kernel;
+
+use crate::code::{Refusal, hab_code, hab_error_detail};
+use crate::evaluate::range;
+use crate::memory::{Arguments, call};
+use crate::model::{hab_model, mode_of, opened};
+
+/// A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, which must stay where it is,
+/// unchanged, as long as it is used; the model is no longer needed.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct hab_prepared {
+    /// Of this library alone.
+    pub opaque: [MaybeUninit<u64>; 16],
+}
+
+/// What [`hab_prepared`] holds.
+#[repr(C)]
+pub(crate) struct Form {
+    tag: u64,
+    pub(crate) form: Prepared<'static>,
+    numbers: &'static [f32],
+    end_tag: u64,
+}
+
+const TAG: u64 = 0x7072_6570_6120_4841;
+
+const _: () =
+    assert!(size_of::<Form>() <= size_of::<hab_prepared>() && align_of::<Form>() <= align_of::<hab_prepared>());
+
+/// Bytes of workspace that hab_prepared_init needs for n_blocks blocks of HAB_BLOCK_VERTICES vertices.
+///
+/// Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+///
+/// # Safety
+/// `model` was opened; `workspace_bytes` can be written; `detail` is null or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_prepared_workspace_bytes(
+    model: *const hab_model,
+    fixed_mode: u32,
+    first_block: u32,
+    n_blocks: u32,
+    workspace_bytes: *mut usize,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        // SAFETY: the caller's promise.
+        let generator = unsafe { opened(arguments, 1, model)? }.generator;
+        let out = arguments.out_object(5, workspace_bytes)?;
+        let blocks = range(first_block, n_blocks, generator.block_count())?;
+        let bytes = prepared_req(&generator, mode_of(fixed_mode, 2)?, &blocks).f32_bytes();
+        // SAFETY: the caller's promise.
+        unsafe { out.set(bytes) };
+        Ok(())
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 6, body) }
+}
+
+/// Fixes the weights of one mode for n_blocks blocks of vertices from first_block on. Vertex v of the form is vertex HAB_BLOCK_VERTICES * first_block + v of the model.
+///
+/// With the pose fixed, the form gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the model's;
+/// they are the same on every machine.
+///
+/// Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER,
+/// HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
+///
+/// # Safety
+/// `model` was opened; `weights` points to `weights_len` elements; `workspace`, aligned as a float, to `workspace_bytes` bytes that stay unchanged while the form is
+/// used; `prepared` can be written; `detail` is null or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_prepared_init(
+    model: *const hab_model,
+    fixed_mode: u32,
+    weights: *const f32,
+    weights_len: usize,
+    first_block: u32,
+    n_blocks: u32,
+    workspace: *mut core::ffi::c_void,
+    workspace_bytes: usize,
+    prepared: *mut hab_prepared,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        // SAFETY: the caller's promise.
+        let generator = unsafe { opened(arguments, 1, model)? }.generator;
+        let weights = arguments.input(3, weights, weights_len)?;
+        let workspace = arguments.workspace(7, workspace.cast(), workspace_bytes)?;
+        let out = arguments.out_object(9, prepared)?;
+        let (fixed, blocks) = (mode_of(fixed_mode, 2)?, range(first_block, n_blocks, generator.block_count())?);
+        // SAFETY: the caller's promise.
+        let (weights, workspace) = unsafe { (weights.slice(), workspace.slice()) };
+        kernel::prepared(&generator, fixed, weights, blocks.clone(), workspace)?;
+        let needed = prepared_req(&generator, fixed, &blocks).numbers();
+        let numbers: &'static [f32] = workspace.get(..needed).unwrap_or_default();
+        let form = Prepared::of_numbers(&generator, fixed, blocks, numbers)?;
+        // SAFETY: `Form` is no larger and no more aligned than `hab_prepared`, which can be written.
+        unsafe { out.pointer().cast::<Form>().write(Form { tag: TAG, form, numbers, end_tag: !TAG }) };
+        Ok(())
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 10, body) }
+}
+
+/// The form that an argument points to, as [`opened`].
+///
+/// # Safety
+/// As [`opened`].
+pub(crate) unsafe fn formed<'a>(
+    arguments: &mut Arguments,
+    argument: u32,
+    prepared: *const hab_prepared,
+) -> Result<&'a Prepared<'static>, Refusal> {
+    let pointer = arguments.object(argument, prepared)?.pointer().cast::<Form>();
+    // SAFETY: not null, aligned; both tags are plain numbers and lie within the struct.
+    let tags = unsafe { ((&raw const (*pointer).tag).read(), (&raw const (*pointer).end_tag).read()) };
+    if tags != (TAG, !TAG) {
+        return Err(Refusal::NotOpened { argument });
+    }
+    // SAFETY: the tags say that this library has written the struct.
+    let form = unsafe { &*pointer };
+    arguments.also_read(argument, form.numbers)?;
+    Ok(&form.form)
+}
+
+/// The free weights of a form as weights of a generator.
+pub(crate) fn free_weights<'a>(form: &Prepared<'_>, weights: &'a [f32]) -> Weights<'a> {
+    match form.free() {
+        Mode::Identity => Weights { identity: weights, pose: &[] },
+        Mode::Pose => Weights { identity: &[], pose: weights },
+    }
+}
+
+/// Positions of n_vertices vertices of a form from first_vertex on, millimetres, xyz after xyz; weights are those of the mode that is not fixed.
+///
+/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+///
+/// # Safety
+/// `prepared` was made by hab_prepared_init; the others point to as many elements as are said; `detail` is null or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_prepared_evaluate(
+    prepared: *const hab_prepared,
+    weights: *const f32,
+    weights_len: usize,
+    first_vertex: u32,
+    n_vertices: u32,
+    positions: *mut f32,
+    positions_len: usize,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        // SAFETY: the caller's promise.
+        let form = unsafe { formed(arguments, 1, prepared)? };
+        let weights = arguments.input(2, weights, weights_len)?;
+        let positions = arguments.output(6, positions, positions_len)?;
+        let range = range(first_vertex, n_vertices, form.vertex_count())?;
+        // SAFETY: the caller's promise.
+        let (weights, positions) = unsafe { (weights.slice(), positions.slice()) };
+        Ok(kernel::evaluate(form, free_weights(form, weights), range, positions)?)
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 8, body) }
+}
+
+/// Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise.
+///
+/// Returns as hab_prepared_evaluate.
+///
+/// # Safety
+/// As hab_prepared_evaluate.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_prepared_linearise(
+    prepared: *const hab_prepared,
+    weights: *const f32,
+    weights_len: usize,
+    first_block: u32,
+    n_blocks: u32,
+    values: *mut f32,
+    values_len: usize,
+    jacobian: *mut f32,
+    jacobian_len: usize,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        // SAFETY: the caller's promise.
+        let form = unsafe { formed(arguments, 1, prepared)? };
+        let weights = arguments.input(2, weights, weights_len)?;
+        let values = arguments.output(6, values, values_len)?;
+        let jacobian = arguments.output(8, jacobian, jacobian_len)?;
+        let range = range(first_block, n_blocks, form.block_count())?;
+        // SAFETY: the caller's promise.
+        let (weights, values, jacobian) = unsafe { (weights.slice(), values.slice(), jacobian.slice()) };
+        Ok(kernel::linearise(form, free_weights(form, weights), range, values, jacobian)?)
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 10, body) }
+}
