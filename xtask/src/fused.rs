@@ -15,18 +15,22 @@ type Scan = fn(&[u8]) -> (usize, Vec<u64>);
 /// # Errors
 /// When the file is for another processor, or lacks the symbols that tell code from data, so that nothing could be found.
 pub fn fused_multiply_adds(file: &object::File<'_>) -> Result<Vec<u64>, String> {
-    let (scan, ranges): (Scan, fn(&object::File<'_>, &object::Section<'_, '_>) -> Vec<[u64; 2]>) =
-        match file.architecture() {
-            Architecture::Arm => (thumb::scan, |file, section| marked(file, section, 't')),
-            Architecture::Aarch64 => (aarch64::scan, |file, section| marked(file, section, 'x')),
-            Architecture::S390x => (s390x::scan, functions),
-            other => return Err(format!("no search for fused multiply-adds in code for {other:?}")),
-        };
+    let scan: Scan = match file.architecture() {
+        Architecture::Arm => thumb::scan,
+        Architecture::Aarch64 => aarch64::scan,
+        Architecture::S390x => s390x::scan,
+        other => return Err(format!("no search for fused multiply-adds in code for {other:?}")),
+    };
     let mut found = Vec::new();
     let mut instructions = 0;
     for section in file.sections().filter(|section| section.kind() == object::SectionKind::Text) {
         let bytes = section.data().map_err(|error| error.to_string())?;
-        for [from, to] in ranges(file, &section) {
+        let ranges = match file.architecture() {
+            Architecture::Arm => marked(file, &section, 't'),
+            Architecture::Aarch64 => marked(file, &section, 'x'),
+            _ => functions(file, &section),
+        };
+        for [from, to] in ranges {
             let start = section.address();
             let part = bytes.get((from - start) as usize..(to - start) as usize).unwrap_or_default();
             let (count, offsets) = scan(part);
@@ -40,9 +44,13 @@ pub fn fused_multiply_adds(file: &object::File<'_>) -> Result<Vec<u64>, String> 
     Ok(found)
 }
 
-/// The same for the objects of a static library whose names begin with `prefix`, those of one crate: with link-time optimisation
-/// the kernel is in them. Others hold what the compiler brings for itself.
-pub fn fused_multiply_adds_of_archive(bytes: &[u8], prefix: &str) -> Result<usize, String> {
+/// Number of fused multiply-adds in the objects of a static library whose names begin with `prefix`, those of one crate: with
+/// link-time optimisation the kernel is in them. Other objects hold what the compiler brings for itself (its own `fma` among them), so
+/// the searched ones may refer only to what `allowed` accepts.
+///
+/// # Errors
+/// When there is no such object, or one refers to code that is not searched.
+pub fn fused_multiply_adds_of_archive(bytes: &[u8], prefix: &str, allowed: fn(&str) -> bool) -> Result<usize, String> {
     let archive = ArchiveFile::parse(bytes).map_err(|error| format!("not a static library: {error}"))?;
     let (mut searched, mut found) = (0, 0);
     for member in archive.members() {
@@ -52,6 +60,10 @@ pub fn fused_multiply_adds_of_archive(bytes: &[u8], prefix: &str) -> Result<usiz
         }
         let data = member.data(bytes).map_err(|error| error.to_string())?;
         let file = object::File::parse(data).map_err(|error| error.to_string())?;
+        let undefined = file.symbols().filter(|symbol| symbol.is_undefined()).filter_map(|symbol| symbol.name().ok());
+        if let Some(name) = undefined.filter(|name| !name.is_empty()).find(|name| !allowed(name)) {
+            return Err(format!("it refers to {name}, which was not searched for fused multiply-adds"));
+        }
         searched += 1;
         found += fused_multiply_adds(&file)?.len();
     }
