@@ -1,14 +1,11 @@
 //! Budgets: what a program may cost at most (tests/budgets.json). Growing needs an edit there, and a reason.
 
+use crate::figures::Figures;
 use crate::process::project;
 use serde_json::Value;
-use std::collections::BTreeMap;
 
 /// Relative to the project.
 const PATH: &str = "tests/budgets.json";
-
-/// Figures of one program, by name: `code` and whatever it measured itself, in bytes.
-pub type Figures = BTreeMap<String, u64>;
 
 /// The budgets: profile, program, figure.
 pub struct Budgets(Value);
@@ -20,7 +17,7 @@ impl Budgets {
         Ok(Budgets(serde_json::from_str(&text).map_err(|error| format!("{PATH}: {error}"))?))
     }
 
-    /// A sentence for every figure that exceeds its budget or has none.
+    /// A sentence for every figure (`code`, and the stack that a program measured itself, in bytes) that exceeds its budget or has none.
     pub fn exceeded(&self, profile: &str, program: &str, figures: &Figures) -> Vec<String> {
         let limited = figures.iter().filter(|(name, _)| name.starts_with("stack") || name.as_str() == "code");
         limited
@@ -35,7 +32,8 @@ impl Budgets {
 
 #[cfg(test)]
 mod tests {
-    use super::{Budgets, Figures};
+    use super::Budgets;
+    use crate::figures::Figures;
 
     #[test]
     fn more_than_the_budget_or_no_budget_is_reported_and_less_is_not() {

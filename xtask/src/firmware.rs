@@ -3,11 +3,12 @@
 //! Linking proves that no panic path and no allocation is left. Stack is the high-water mark of painted memory,
 //! code what a program has more than the empty one.
 
-use crate::bare_metal::Compiler;
-use crate::budgets::{Budgets, Figures};
+use crate::budgets::Budgets;
+use crate::compiler::{Build, Compiler, Kind};
+use crate::figures::{Figures, printed_figures, printed_text};
 use crate::fused::fused_multiply_adds;
-use crate::process::{Result, project, succeed};
-use crate::qemu;
+use crate::process::{Result, ended, project, succeed};
+use crate::targets::Target;
 use object::{Object, ObjectSection};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -41,21 +42,21 @@ struct Row {
 
 /// Builds, runs, measures, compares.
 pub fn run(options: &Options) -> Result<()> {
-    let compiler = Compiler::installed()?;
-    qemu::installed()?;
+    let compiler = Compiler::installed(Target::CortexM)?;
+    Target::CortexM.emulator()?;
     let budgets = Budgets::read()?;
     let mut rows = Vec::new();
     for profile in PROFILES.into_iter().filter(|&name| options.profile.as_deref().is_none_or(|only| only == name)) {
-        succeed(&mut compiler.build(FOLDER, profile, "link-proof"))?;
-        let base = code_bytes(&compiler.program(profile, EMPTY))?;
+        let build = Build { folder: FOLDER, profile, features: "link-proof", kind: Kind::Programs };
+        succeed(&mut compiler.build(&build))?;
+        let base = code_bytes(&compiler.artefact(Kind::Programs, profile, EMPTY))?;
         for program in programs()? {
-            let path = compiler.program(profile, &program);
+            let path = compiler.artefact(Kind::Programs, profile, &program);
             let code = code_bytes(&path)?.saturating_sub(base);
-            let text = qemu::run(&path, Duration::from_secs(120))?;
-            let mut figures = measured(&text);
+            let text = printed(&path)?;
+            let mut figures = printed_figures(&text);
             figures.insert(String::from("code"), code);
-            let text: String =
-                text.lines().filter(|line| !line.starts_with('@')).map(|line| format!("  {line}\n")).collect();
+            let text: String = printed_text(&text).map(|line| format!("  {line}\n")).collect();
             if !options.json {
                 println!("{program} ({profile})\n{text}");
             }
@@ -112,10 +113,14 @@ fn code_bytes(path: &Path) -> Result<u64> {
     Ok(sections.iter().filter_map(|name| file.section_by_name(name)).map(|section| section.size()).sum())
 }
 
-/// The lines `@name value` of a program's output.
-fn measured(text: &str) -> Figures {
-    let lines = text.lines().filter_map(|line| line.strip_prefix('@')?.split_once(' '));
-    lines.filter_map(|(name, value)| Some((name.to_owned(), value.parse().ok()?))).collect()
+/// What a program prints on the emulated board; a status other than 0 or a hang is a failure.
+fn printed(program: &Path) -> Result<String> {
+    let ended = ended(Target::CortexM.emulator()?.arg(program), Duration::from_secs(120))?;
+    let name = program.file_name().unwrap_or_default().to_string_lossy();
+    match ended.failure {
+        None => Ok(ended.text),
+        Some(how) => Err(format!("the program {name} failed on the emulated board ({how}):\n{}", ended.text).into()),
+    }
 }
 
 /// The figures as Markdown.
@@ -138,15 +143,4 @@ fn json(rows: &[Row]) -> serde_json::Value {
     rows.iter()
         .map(|row| serde_json::json!({ "program": row.program, "profile": row.profile, "figures": row.figures }))
         .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::measured;
-
-    #[test]
-    fn only_lines_that_announce_a_figure_are_read() {
-        let figures = measured("opened\n@stack 1234\n@checked 7\n@odd x\nstack 9\n");
-        assert_eq!(figures.into_iter().collect::<Vec<_>>(), [("checked".into(), 7), ("stack".into(), 1234)]);
-    }
 }

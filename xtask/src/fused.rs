@@ -1,96 +1,92 @@
-//! Fused multiply-adds in a program for ARM: one rounding instead of two, so other bits than elsewhere.
+//! Fused multiply-adds in compiled code: one rounding instead of two, so other bits than elsewhere.
 
-use object::{Object, ObjectSection, ObjectSymbol};
+mod aarch64;
+mod s390x;
+mod thumb;
 
-/// Addresses of fused multiply-add instructions (VFMA, VFMS, VFNMA, VFNMS) in a linked Thumb program.
+use object::read::archive::ArchiveFile;
+use object::{Architecture, Object, ObjectSection, ObjectSymbol, SymbolKind};
+
+/// Number of instructions in a run of code, and the offsets of the fused ones.
+type Scan = fn(&[u8]) -> (usize, Vec<u64>);
+
+/// Addresses of fused multiply-add instructions in a linked program or an object for ARM (Thumb), AArch64 or s390x.
 ///
 /// # Errors
-/// When the program lacks the symbols that tell code from data, so that nothing could be found.
-pub fn fused_multiply_adds(program: &object::File<'_>) -> Result<Vec<u64>, String> {
+/// When the file is for another processor, or lacks the symbols that tell code from data, so that nothing could be found.
+pub fn fused_multiply_adds(file: &object::File<'_>) -> Result<Vec<u64>, String> {
+    let scan: Scan = match file.architecture() {
+        Architecture::Arm => thumb::scan,
+        Architecture::Aarch64 => aarch64::scan,
+        Architecture::S390x => s390x::scan,
+        other => return Err(format!("no search for fused multiply-adds in code for {other:?}")),
+    };
     let mut found = Vec::new();
     let mut instructions = 0;
-    for section in program.sections().filter(|section| section.kind() == object::SectionKind::Text) {
+    for section in file.sections().filter(|section| section.kind() == object::SectionKind::Text) {
         let bytes = section.data().map_err(|error| error.to_string())?;
-        let (start, end) = (section.address(), section.address() + section.size());
-        let mut marks: Vec<(u64, bool)> = program
-            .symbols()
-            .filter(|symbol| symbol.section_index() == Some(section.index()))
-            .filter_map(|symbol| {
-                let name = symbol.name().ok()?;
-                let kind = name.strip_prefix('$')?.chars().next()?;
-                matches!(kind, 't' | 'd').then_some((symbol.address(), kind == 't'))
-            })
-            .collect();
-        marks.sort_unstable();
-        let ends = marks.iter().skip(1).map(|mark| mark.0).chain([end]);
-        for (&(from, code), to) in marks.iter().zip(ends) {
-            if code {
-                let part = bytes.get((from - start) as usize..(to - start) as usize).unwrap_or_default();
-                let (count, offsets) = scan(part);
-                instructions += count;
-                found.extend(offsets.into_iter().map(|offset| from + offset));
-            }
+        let ranges = match file.architecture() {
+            Architecture::Arm => marked(file, &section, 't'),
+            Architecture::Aarch64 => marked(file, &section, 'x'),
+            _ => functions(file, &section),
+        };
+        for [from, to] in ranges {
+            let start = section.address();
+            let part = bytes.get((from - start) as usize..(to - start) as usize).unwrap_or_default();
+            let (count, offsets) = scan(part);
+            instructions += count;
+            found.extend(offsets.into_iter().map(|offset| from + offset));
         }
     }
     if instructions == 0 {
-        return Err(String::from("the program has no symbols that mark its code, so it cannot be searched"));
+        return Err(String::from("no symbols mark its code, so it cannot be searched"));
     }
     Ok(found)
 }
 
-/// Number of instructions in a run of Thumb code, and the offsets of the fused ones.
-fn scan(code: &[u8]) -> (usize, Vec<u64>) {
-    let halves: Vec<u16> = code.chunks_exact(2).map(|half| u16::from_le_bytes([half[0], half[1]])).collect();
-    let (mut at, mut count, mut found) = (0, 0, Vec::new());
-    while let Some(&first) = halves.get(at) {
-        // Five leading bits 11101, 11110 or 11111 announce a second half.
-        let long = first >> 11 >= 0b11101;
-        if long && halves.get(at + 1).is_some_and(|&second| fused(first, second)) {
-            found.push(2 * at as u64);
+/// Number of fused multiply-adds in the objects of a static library whose names begin with `prefix`, those of one crate: with
+/// link-time optimisation the kernel is in them. Other objects hold what the compiler brings for itself (its own `fma` among them), so
+/// the searched ones may refer only to what `allowed` accepts.
+///
+/// # Errors
+/// When there is no such object, or one refers to code that is not searched.
+pub fn fused_multiply_adds_of_archive(bytes: &[u8], prefix: &str, allowed: fn(&str) -> bool) -> Result<usize, String> {
+    let archive = ArchiveFile::parse(bytes).map_err(|error| format!("not a static library: {error}"))?;
+    let (mut searched, mut found) = (0, 0);
+    for member in archive.members() {
+        let member = member.map_err(|error| error.to_string())?;
+        if !member.name().starts_with(prefix.as_bytes()) || !member.name().ends_with(b".o") {
+            continue;
         }
-        at += if long { 2 } else { 1 };
-        count += 1;
+        let data = member.data(bytes).map_err(|error| error.to_string())?;
+        let file = object::File::parse(data).map_err(|error| error.to_string())?;
+        let undefined = file.symbols().filter(|symbol| symbol.is_undefined()).filter_map(|symbol| symbol.name().ok());
+        if let Some(name) = undefined.filter(|name| !name.is_empty()).find(|name| !allowed(name)) {
+            return Err(format!("it refers to {name}, which was not searched for fused multiply-adds"));
+        }
+        searched += 1;
+        found += fused_multiply_adds(&file)?.len();
     }
-    (count, found)
+    if searched == 0 { Err(format!("no object named {prefix}*.o is in the library")) } else { Ok(found) }
 }
 
-/// ARMv7-M A7.7.228-229: VFMA and VFMS are 1110 1110 1D10, VFNMA and VFNMS 1110 1110 1D01, in coprocessor 10 or 11.
-fn fused(first: u16, second: u16) -> bool {
-    matches!(first & 0xFFB0, 0xEEA0 | 0xEE90) && second & 0x0E10 == 0x0A00
+/// Ranges of code between the mapping symbols of ARM: `$` and `code` begins code, `$d` data.
+fn marked(file: &object::File<'_>, section: &object::Section<'_, '_>, code: char) -> Vec<[u64; 2]> {
+    let symbols = file.symbols().filter(|symbol| symbol.section_index() == Some(section.index()));
+    let mut marks: Vec<(u64, bool)> = symbols
+        .filter_map(|symbol| {
+            let kind = symbol.name().ok()?.strip_prefix('$')?.chars().next()?;
+            (kind == code || kind == 'd').then_some((symbol.address(), kind == code))
+        })
+        .collect();
+    marks.sort_unstable();
+    let ends = marks.iter().skip(1).map(|mark| mark.0).chain([section.address() + section.size()]);
+    marks.iter().zip(ends).filter(|(mark, _)| mark.1).map(|(mark, end)| [mark.0, end]).collect()
 }
 
-#[cfg(test)]
-mod tests {
-    use super::scan;
-
-    fn bytes(halves: &[u16]) -> Vec<u8> {
-        halves.iter().flat_map(|half| half.to_le_bytes()).collect()
-    }
-
-    // Encodings as the GNU assembler writes them.
-    #[test]
-    fn fused_instructions_are_found_behind_short_and_long_ones() {
-        // nop; vmul.f32 s0, s1, s2; vfma.f32 s0, s1, s2; vfnms.f32 s15, s0, s0; vfms.f64 d1, d2, d3;
-        // vfnma.f32 s31, s30, s29; bx lr
-        let code = [0xBF00, 0xEE20, 0x0A81, 0xEEA0, 0x0A81, 0xEED0, 0x7A00, 0xEEA2, 0x1B43, 0xEEDF, 0xFA6E, 0x4770];
-        assert_eq!(scan(&bytes(&code)), (7, vec![6, 10, 14, 18]));
-    }
-
-    #[test]
-    fn what_rounds_twice_or_does_not_add_is_allowed() {
-        // vmla.f32 s0, s1, s2; vmls.f64 d0, d1, d2; vnmla.f32 s0, s1, s2; vdiv.f32 s0, s1, s2; vsqrt.f32 s0, s0;
-        // vcvt.s32.f32 s0, s0; vmov r0, s0; vldr s0, [r0]
-        let code = [
-            0xEE00, 0x0A81, 0xEE01, 0x0B42, 0xEE10, 0x0AC1, 0xEE80, 0x0A81, 0xEEB1, 0x0AC0, 0xEEBD, 0x0AC0, 0xEE10,
-            0x0A10, 0xED90, 0x0A00,
-        ];
-        assert_eq!(scan(&bytes(&code)), (8, vec![]));
-    }
-
-    #[test]
-    fn the_second_half_of_a_long_instruction_is_not_read_as_a_first() {
-        // bl with a second half that looks like the first of a vfma would.
-        let code = bytes(&[0xF000, 0xEEA0, 0x0A00, 0x4770]);
-        assert_eq!(scan(&code), (3, vec![]));
-    }
+/// Ranges of the functions that have a size.
+fn functions(file: &object::File<'_>, section: &object::Section<'_, '_>) -> Vec<[u64; 2]> {
+    let symbols = file.symbols().filter(|symbol| symbol.section_index() == Some(section.index()));
+    let functions = symbols.filter(|symbol| symbol.kind() == SymbolKind::Text && symbol.size() > 0);
+    functions.map(|symbol| [symbol.address(), symbol.address() + symbol.size()]).collect()
 }

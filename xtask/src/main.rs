@@ -1,20 +1,24 @@
-//! Developer commands: `cargo xtask COMMAND`. One command, one file; `process` and `elf` serve several.
+//! Developer commands: `cargo xtask COMMAND`. One command, one file; the other files serve several.
 #![forbid(unsafe_code)]
 
 mod archive;
-mod bare_metal;
 mod budgets;
 mod call_graph;
+mod compiler;
+mod cross;
 mod docs;
+mod figures;
 mod firmware;
 mod fused;
+mod golden;
 mod header;
 mod lint;
 mod nightly;
 mod no_panic;
 mod process;
-mod qemu;
+mod targets;
 mod test;
+mod wasm;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -33,6 +37,10 @@ enum Command {
     Test(test::Options),
     /// Builds the firmware, runs it on an emulated Cortex-M4F, and compares stack and code size with the budgets.
     Firmware(firmware::Options),
+    /// Runs the golden vectors on AArch64 and on a big-endian processor, emulated.
+    Cross(cross::Options),
+    /// Runs the golden vectors as a wasm module in Node.js.
+    Wasm(wasm::Options),
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
     /// Builds the documentation with warnings as errors.
@@ -49,6 +57,8 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test(options) => test::run(&options),
         Command::Firmware(options) => firmware::run(&options),
+        Command::Cross(options) => cross::run(&options),
+        Command::Wasm(options) => wasm::run(&options),
         Command::NoPanic => no_panic::run(),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),

@@ -24,7 +24,7 @@ const CONTROLS: [(&str, &str); 3] =
 /// What the panic handler calls.
 const PANIC: &str = "habitus_panic_path_survived";
 /// Undefined symbols that are no trespass.
-const MEMORY_FUNCTIONS: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
+pub const MEMORY_FUNCTIONS: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
 /// Builds the library for speed and for size, and with the controls, and inspects each.
 pub fn run() -> Result<()> {

@@ -1,7 +1,9 @@
 //! Running other programs: where the project is, what cargo is called, and a sentence when a run fails.
 
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 /// Why a command did not succeed.
 #[derive(Debug)]
@@ -66,6 +68,45 @@ pub fn succeed(command: &mut Command) -> Result<()> {
 pub fn output(command: &mut Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).stderr(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// What a program printed, and how it ended.
+pub struct Ended {
+    /// Standard output.
+    pub text: String,
+    /// The end where it is not a success: a status, or the sentence that it took too long.
+    pub failure: Option<String>,
+}
+
+/// Runs a program to its end, at most for `limit`.
+pub fn ended(command: &mut Command, limit: Duration) -> Result<Ended> {
+    let shown = shown(command);
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("cannot start {shown}: {error}"))?;
+    let mut stdout = child.stdout.take();
+    let reader = std::thread::spawn(move || {
+        let mut text = Vec::new();
+        // What was printed before an interruption is still worth showing.
+        stdout.as_mut().map(|stdout| stdout.read_to_end(&mut text));
+        String::from_utf8_lossy(&text).into_owned()
+    });
+    let start = Instant::now();
+    let failure = loop {
+        if let Some(status) = child.try_wait().map_err(|error| format!("{shown}: {error}"))? {
+            break (!status.success()).then(|| status.to_string());
+        }
+        if start.elapsed() > limit {
+            // It may have ended just now.
+            let _ = child.kill();
+            let _ = child.wait();
+            break Some(format!("it did not end within {} s", limit.as_secs()));
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    Ok(Ended { text: reader.join().unwrap_or_default(), failure })
 }
 
 fn shown(command: &Command) -> String {
