@@ -1,9 +1,10 @@
 //! The dispatched kernels against the plain ones: bits, threads, alignment, refusals.
 
 use super::*;
-use habitus_core::fit::{Sample, SurfacePoint, fit_points_req, normal_equations_req};
+use habitus_core::fit::{self, FitOptions, Frame, Sample, SurfacePoint, fit_points_req, normal_equations_req};
 use habitus_core::format::{ElementType, Header, Kind, Model, SectionId, SectionSource, write, written_len};
 use habitus_core::prior::Prior;
+use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::levenberg_marquardt::Limits;
 
 const N: usize = 203;
