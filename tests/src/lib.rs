@@ -2,9 +2,10 @@
 #![forbid(unsafe_code)]
 
 pub mod data;
-pub mod reference;
 pub mod small_model;
 pub mod vectors;
+
+pub use habitus_reference as reference;
 
 /// The programs in the README compile and run.
 #[cfg(doctest)]

@@ -8,6 +8,7 @@ pub mod atomic;
 pub mod collection;
 pub mod landmarks;
 pub mod mesh;
+#[cfg(feature = "models")]
 pub mod model;
 pub mod npy;
 mod text;

@@ -104,7 +104,7 @@ fn eigenpairs<R: Number>(file: &mut File, real: &str, n: usize) {
         })
         .collect();
     for (name, matrix) in [("random", random), ("special", special)] {
-        let (diagonal, vectors) = eigen::eigenpairs(&matrix);
+        let (diagonal, vectors) = eigen::eigenpairs(&matrix).expect("a matrix that converges");
         file.case(&format!("eigenpairs_{real}"), &format!("{name}_{n}"))
             .integer("n", n)
             .rows("matrix", &matrix)

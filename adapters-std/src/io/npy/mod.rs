@@ -171,6 +171,30 @@ pub fn write_u32(path: impl AsRef<Path>, shape: &[usize], values: &[u32]) -> Res
     write(path.as_ref(), shape, values)
 }
 
+/// The bytes that [`write_f64`] writes.
+///
+/// # Errors
+/// [`Error::Input`] when the shape does not have as many elements as there are values.
+pub fn format_f64(shape: &[usize], values: &[f64]) -> Result<Vec<u8>, Error> {
+    format(shape, values)
+}
+
+/// The bytes that [`write_u32`] writes.
+///
+/// # Errors
+/// As [`format_f64`].
+pub fn format_u32(shape: &[usize], values: &[u32]) -> Result<Vec<u8>, Error> {
+    format(shape, values)
+}
+
+fn format<T: npyz::AutoSerialize + Copy>(shape: &[usize], values: &[T]) -> Result<Vec<u8>, Error> {
+    check_shape("an array", shape, values.len())?;
+    let mut bytes = Vec::new();
+    array(npyz::WriteOptions::new().writer(&mut bytes), shape, values)
+        .map_err(|error| Error::Internal(format!("writing an array to memory failed: {error}")))?;
+    Ok(bytes)
+}
+
 fn write<T: npyz::AutoSerialize + Copy>(path: &Path, shape: &[usize], values: &[T]) -> Result<(), Error> {
     check_shape(&path.display().to_string(), shape, values.len())?;
     atomic::write_with(path, |writer| array(npyz::WriteOptions::new().writer(writer), shape, values))

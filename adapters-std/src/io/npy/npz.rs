@@ -3,7 +3,7 @@
 use std::io::{Cursor, Read};
 use std::path::Path;
 
-use npyz::zip::ZipArchive;
+use npyz::zip::{CompressionMethod, ZipArchive};
 
 use super::{parse_f64, parse_u32};
 use crate::io::file_bytes;
@@ -71,6 +71,12 @@ impl<'a> NpzReader<'a> {
             }
             error => Error::malformed(self.path, Place::Whole, format!("array {name:?} is damaged: {error}")),
         })?;
+        // Other methods have windows of any size: a few bytes of Zstandard ask for 128 MB.
+        let method = entry.compression();
+        if !matches!(method, CompressionMethod::Stored | CompressionMethod::Deflated) {
+            let problem = format!("array {name:?} is compressed by {method}; save it with numpy.savez_compressed");
+            return Err(Error::malformed(self.path, Place::Whole, problem));
+        }
         let mut bytes = Vec::new();
         let most = entry.compressed_size().saturating_mul(LARGEST_RATIO).saturating_add(64);
         entry.take(most).read_to_end(&mut bytes).map_err(|error| {
@@ -125,6 +131,23 @@ mod tests {
         assert!(bytes.len() < npy.len());
         let mut npz = NpzReader::parse(bytes, Path::new("x.npz")).unwrap();
         assert_eq!(npz.f64("x").unwrap().1, [0.25; 100]);
+    }
+
+    /// A frame of 34 bytes whose header asks for a window of 128 MB; found by the fuzz target `tables`.
+    #[test]
+    fn a_method_that_numpy_does_not_write_is_refused_before_it_is_unpacked() {
+        let mut zip = npyz::zip::ZipWriter::new(Cursor::new(Vec::new()));
+        let options = npyz::zip::write::FileOptions::default().compression_method(CompressionMethod::Stored);
+        zip.start_file("x.npy", options).unwrap();
+        std::io::Write::write_all(&mut zip, b"\x28\xb5\x2f\xfd\x00\x88\x01\x00\x00").unwrap();
+        let mut bytes = zip.finish().unwrap().into_inner();
+        // The method stands in the local header and in the directory: 93 is Zstandard.
+        let directory = bytes.windows(4).position(|word| word == b"PK\x01\x02").unwrap();
+        bytes[8] = 93;
+        bytes[directory + 10] = 93;
+        let mut npz = NpzReader::parse(bytes, Path::new("x.npz")).unwrap();
+        let message = npz.f64("x").unwrap_err().to_string();
+        assert!(message.contains("\"x\" is compressed by Zstd; save it with numpy.savez_compressed"), "{message}");
     }
 
     #[test]

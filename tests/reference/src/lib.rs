@@ -3,6 +3,7 @@
 //! It allocates where it likes, knows no blocks and no workspaces and shares no code with the core. Because the documentation
 //! fixes the formula and the order of every sum, it gives the same bits; where it does not, one of the three is wrong.
 
+#![forbid(unsafe_code)]
 // Indices are what the formulas are written in.
 #![allow(clippy::needless_range_loop)]
 

@@ -68,6 +68,10 @@ pub fn minimum<R: Number>(
 ) -> Result<Minimum<R>, Refusal> {
     let (zero, one, two) = (R::of(0.0), R::of(1.0), R::of(2.0));
     let n = start.len();
+    let (decrease, damping) = (limits.relative_decrease, limits.damping);
+    if !(decrease >= zero && decrease.is_finite() && damping > zero && damping.is_finite()) {
+        return Err([104, 3, 0]);
+    }
     let mut x = bounds.map_or(start.to_vec(), |bounds| bounds.clipped(start));
     let Some((start_energy, mut jtj, mut jtr)) = problem.equations(&x) else { return Err([103, 0, 0]) };
     if !start_energy.is_finite() {

@@ -116,7 +116,13 @@ impl Problem<f32> for Fitting<'_> {
             return None;
         }
         let Options { frame, noise, identity_prior, pose_prior, .. } = *self.options;
+        if identity.iter().chain(pose).any(|weight| !(weight.abs() <= 1e9)) {
+            return None;
+        }
         let (distances, mut jtj, mut jtr) = equations(self.model, identity, pose, self.samples, &self.trial, frame);
+        if ![distances].iter().chain(&jtr).chain(jtj.iter().flatten()).all(|sum| sum.is_finite()) {
+            return None;
+        }
         self.trial_distances = distances;
         let precision = 1.0 / (noise * noise);
         for entry in jtj.iter_mut().flatten().chain(&mut jtr) {

@@ -1,9 +1,13 @@
 //! Jacobi's method for symmetric matrices, on a matrix of rows.
 
+use super::Refusal;
 use super::number::Number;
 
 /// The diagonalised matrix and the eigenvectors as rows, sorted by descending eigenvalue, signs fixed.
-pub fn eigenpairs<R: Number>(a: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<Vec<R>>) {
+pub fn eigenpairs<R: Number>(a: &[Vec<R>]) -> Result<(Vec<Vec<R>>, Vec<Vec<R>>), Refusal> {
+    if let Some(index) = a.iter().flatten().position(|entry| !entry.is_finite()) {
+        return Err([103, index as u32, 0]);
+    }
     let (zero, one) = (R::of(0.0), R::of(1.0));
     let n = a.len();
     let mut a = a.to_vec();
@@ -21,10 +25,10 @@ pub fn eigenpairs<R: Number>(a: &[Vec<R>]) -> (Vec<Vec<R>>, Vec<Vec<R>>) {
             }
         }
         if !rotated {
-            return sorted(a, vectors);
+            return Ok(sorted(a, vectors));
         }
     }
-    panic!("the matrices of the vectors converge");
+    Err([402, 32, 0])
 }
 
 fn is_zero_to_rounding<R: Number>(app: R, aqq: R, apq: R) -> bool {

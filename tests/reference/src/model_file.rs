@@ -26,14 +26,28 @@ pub struct Section {
     pub bytes: Vec<u8>,
 }
 
-/// CRC-32 of zip and PNG, bit by bit.
+/// What a byte leaves of itself in a checksum, bit by bit.
+const REMAINDERS: [u32; 256] = {
+    let mut remainders = [0; 256];
+    let mut byte = 0;
+    while byte < 256 {
+        let mut crc = byte as u32;
+        let mut bit = 0;
+        while bit < 8 {
+            crc = if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
+            bit += 1;
+        }
+        remainders[byte] = crc;
+        byte += 1;
+    }
+    remainders
+};
+
+/// CRC-32 of zip and PNG.
 pub fn crc32(bytes: impl IntoIterator<Item = u8>) -> u32 {
     let mut crc = u32::MAX;
     for byte in bytes {
-        crc ^= u32::from(byte);
-        for _ in 0..8 {
-            crc = if crc & 1 == 1 { crc >> 1 ^ 0xedb8_8320 } else { crc >> 1 };
-        }
+        crc = crc >> 8 ^ REMAINDERS[usize::from(crc as u8 ^ byte)];
     }
     !crc
 }

@@ -44,7 +44,7 @@ pub fn placement<R: Number>(
     let h: Vec<Vec<R>> = (0..3).map(|i| (0..3).map(|j| cross[i][j] - sum_p[i] * mean_q[j]).collect()).collect();
     let scatter: Vec<Vec<R>> =
         (0..3).map(|i| (0..3).map(|j| spread[i][j] - sum_p[i.min(j)] * mean_p[i.max(j)]).collect()).collect();
-    let (values, _) = eigenpairs(&scatter);
+    let (values, _) = eigenpairs(&scatter)?;
     let ratio = larger(R::of(1e-12), R::EPSILON * R::of(8.0));
     if !(values[0][0] > zero && values[1][1] > ratio * values[0][0]) {
         return Err(DEGENERATE);
@@ -60,7 +60,7 @@ pub fn placement<R: Number>(
         vec![differences[1], xy, -xx + yy - zz, yz],
         vec![differences[2], zx, yz, -xx - yy + zz],
     ];
-    let (_, vectors) = eigenpairs(&matrix);
+    let (_, vectors) = eigenpairs(&matrix)?;
     let rotation = matrix_of_quaternion(&vectors[0]);
     let mut scale = R::of(1.0);
     if with_scale {
@@ -77,7 +77,8 @@ pub fn placement<R: Number>(
     }
     let turned = Placement { scale, rotation, translation: [zero; 3] };
     let from = turned.applied([0, 1, 2].map(|k| p0[k] + mean_p[k]));
-    Ok(Placement { translation: [0, 1, 2].map(|k| q0[k] + mean_q[k] - from[k]), ..turned })
+    let found = Placement { translation: [0, 1, 2].map(|k| q0[k] + mean_q[k] - from[k]), ..turned };
+    if found.numbers().iter().all(|value| value.is_finite()) { Ok(found) } else { Err([103, 0, 0]) }
 }
 
 fn matrix_of_quaternion<R: Number>(q: &[R]) -> [[R; 3]; 3] {

@@ -1,0 +1,14 @@
+//! What the fuzz targets assert: one module for each kind of input, one function `check` over the fuzzer's bytes.
+//!
+//! A check returns when the input is handled as promised and panics otherwise; libFuzzer keeps the bytes of a panic.
+#![forbid(unsafe_code)]
+
+pub mod bilinear;
+pub mod mesh;
+pub mod model_file;
+pub mod tables;
+
+mod bits;
+mod case;
+mod damage;
+mod numbers;
