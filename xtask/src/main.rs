@@ -8,8 +8,10 @@ mod call_graph;
 mod docs;
 mod firmware;
 mod fused;
+mod fuzz;
 mod lint;
 mod nightly;
+mod nightly_compiler;
 mod no_panic;
 mod process;
 mod qemu;
@@ -34,6 +36,8 @@ enum Command {
     Firmware(firmware::Options),
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
+    /// Feeds hostile inputs to every reader and compares the kernel with its reference, for a short time.
+    Fuzz(fuzz::Options),
     /// Builds the documentation with warnings as errors.
     Docs,
     /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
@@ -47,6 +51,7 @@ fn main() -> ExitCode {
         Command::Test(options) => test::run(&options),
         Command::Firmware(options) => firmware::run(&options),
         Command::NoPanic => no_panic::run(),
+        Command::Fuzz(options) => fuzz::run(&options),
         Command::Docs => docs::run(),
         Command::Lint => lint::run(),
         Command::Nightly(options) => nightly::run(&options),
