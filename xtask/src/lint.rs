@@ -1,12 +1,12 @@
 //! `cargo xtask lint`: formatting and clippy, warnings as errors.
 
-use crate::process::{Result, cargo, cargo_in, succeed};
-use crate::{golden, no_panic};
+use crate::process::{Result, cargo, cargo_in, project, succeed};
+use crate::{fuzz, golden, no_panic};
 
 /// Checks the workspace, and what of the other packages a host can check.
 pub fn run() -> Result<()> {
     succeed(&mut cargo(&["fmt", "--all", "--check"]))?;
-    for folder in ["examples/firmware", no_panic::FOLDER, golden::FOLDER] {
+    for folder in ["examples/firmware", fuzz::FOLDER, no_panic::FOLDER, golden::FOLDER] {
         succeed(&mut cargo_in(folder, "lint", &["fmt", "--check"]))?;
     }
     succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
@@ -19,5 +19,14 @@ pub fn run() -> Result<()> {
         golden::FOLDER,
         golden::LIBRARY,
         &["clippy", "--release", "--no-deps", "--", "-D", "warnings"],
-    ))
+    ))?;
+    // Nothing is linked, so that the fuzzer itself need not be compiled.
+    succeed(
+        cargo_in(
+            fuzz::FOLDER,
+            "lint",
+            &["clippy", "--features", "control", "--all-targets", "--no-deps", "--", "-D", "warnings"],
+        )
+        .env("CUSTOM_LIBFUZZER_PATH", project().join("libfuzzer-is-not-linked.a")),
+    )
 }

@@ -10,10 +10,12 @@ mod docs;
 mod figures;
 mod firmware;
 mod fused;
+mod fuzz;
 mod golden;
 mod header;
 mod lint;
 mod nightly;
+mod nightly_compiler;
 mod no_panic;
 mod process;
 mod targets;
@@ -43,6 +45,8 @@ enum Command {
     Wasm(wasm::Options),
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
+    /// Feeds hostile inputs to every reader and compares the kernel with its reference, for a short time.
+    Fuzz(fuzz::Options),
     /// Builds the documentation with warnings as errors.
     Docs,
     /// Writes include/habitus.h from the crate in ffi/; with --check, fails when the committed one differs.
@@ -60,6 +64,7 @@ fn main() -> ExitCode {
         Command::Cross(options) => cross::run(&options),
         Command::Wasm(options) => wasm::run(&options),
         Command::NoPanic => no_panic::run(),
+        Command::Fuzz(options) => fuzz::run(&options),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),
         Command::Lint => lint::run(),
