@@ -41,7 +41,7 @@ struct Call {
 }
 
 /// Bytes of the arena that an argument has to itself.
-const SLOT: usize = 8 * 1024;
+const SLOT: usize = 6 * 1024;
 /// Slots: one for each argument with memory, the last for the detail.
 const SLOTS: usize = 9;
 /// The options, which every program finds filled in.
@@ -53,7 +53,7 @@ struct Arena {
     model: hab_model,
     prepared: hab_prepared,
     /// The arena before the call that is being made.
-    before: Vec<u8>,
+    before: Vec<u64>,
     /// What the call may write, and what even a refused one may: offsets of bytes.
     outputs: Vec<(usize, usize)>,
     scratch: (usize, usize),
@@ -116,14 +116,10 @@ impl Arena {
         Argument(self.base().wrapping_add(offset).cast(), count)
     }
 
-    fn bytes(&self) -> Vec<u8> {
-        self.words.iter().flat_map(|word| word.to_ne_bytes()).collect()
-    }
-
     fn run(&mut self, call: &Call) {
         self.outputs.clear();
         self.scratch = (0, 0);
-        self.before = self.bytes();
+        self.before.clone_from(&self.words);
         let detail = match call.detail {
             0..64 => std::ptr::null_mut(),
             64..192 => self.base().wrapping_add((SLOTS - 1) * SLOT),
@@ -140,9 +136,12 @@ impl Arena {
         } else {
             vec![self.scratch]
         };
-        let after = self.bytes();
-        let changed = self.before.iter().zip(&after).enumerate().filter(|(_, (a, b))| a != b);
-        let stray = changed.map(|(at, _)| at).find(|at| !may_write.iter().any(|(from, to)| (*from..*to).contains(at)));
+        let changed = self.before.iter().zip(&self.words).enumerate().filter(|(_, (a, b))| a != b);
+        let bytes = changed.flat_map(|(word, (a, b))| {
+            let pairs = a.to_ne_bytes().into_iter().zip(b.to_ne_bytes()).enumerate();
+            pairs.filter(|(_, (a, b))| a != b).map(move |(byte, _)| 8 * word + byte)
+        });
+        let stray = { bytes }.find(|at| !may_write.iter().any(|(from, to)| (*from..*to).contains(at)));
         assert!(stray.is_none(), "byte {stray:?} was written by {call:?}, which returned {code:?}");
     }
 
@@ -179,7 +178,7 @@ impl Arena {
                     if let (true, false) = (a % 8 > 0 && counts.0.is_aligned(), counts.0.is_null()) {
                         (&raw mut (*counts.0).struct_bytes).write(size_of::<hab_counts>() as u32);
                     }
-                    self.before = self.bytes();
+                    self.before.clone_from(&self.words);
                     hab_model_counts(model, counts.0, detail)
                 }
                 2 | 3 => {
@@ -188,7 +187,7 @@ impl Arena {
                         (&raw mut (*section.0).struct_bytes).write(size_of::<hab_section>() as u32);
                     }
                     let get = if call.function % 16 == 2 { hab_model_section } else { hab_model_find_section };
-                    self.before = self.bytes();
+                    self.before.clone_from(&self.words);
                     get(model, b % 20, section.0, detail)
                 }
                 4 => {
@@ -324,7 +323,7 @@ impl Arena {
             if call.numbers[1] % 4 < 2 {
                 let targets = self.argument::<f32>(call, 1, 3 * landmarks, false);
                 let measured = self.argument::<u8>(call, 6, [0, landmarks][samples % 2], false);
-                self.before = self.bytes();
+                self.before.clone_from(&self.words);
                 hab_fit_landmarks(
                     model,
                     form,
@@ -354,7 +353,7 @@ impl Arena {
                         }
                     }
                 }
-                self.before = self.bytes();
+                self.before.clone_from(&self.words);
                 hab_fit_points(
                     model,
                     form,
