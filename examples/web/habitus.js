@@ -909,6 +909,13 @@
     }
   }
 
+  /** Whether vectors of 128 bits are there: then habitus-simd.wasm gives the same bits in a quarter of the time. */
+  function hasSimd() {
+    // A module of one function: i32.const 0, i8x16.splat, drop.
+    const bytes = [0, 97, 115, 109, 1, 0, 0, 0, 1, 4, 1, 96, 0, 0, 3, 2, 1, 0, 10, 9, 1, 7, 0, 65, 0, 253, 15, 26, 11];
+    return typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array(bytes));
+  }
+
   /**
    * Loads the module.
    * @param {BufferSource | WebAssembly.Module | Response | Promise<Response>} source habitus.wasm: its bytes, or what fetch gives
@@ -929,5 +936,5 @@
     return new Kernel(exports);
   }
 
-  return Object.freeze({ load, HabitusError, Kernel, Model, Prepared, CONSTANTS });
+  return Object.freeze({ load, hasSimd, HabitusError, Kernel, Model, Prepared, CONSTANTS });
 });
