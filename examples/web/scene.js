@@ -6,7 +6,7 @@ const MESH_VERTEX = `
   attribute vec3 normal;
   attribute float hollow;
   uniform mat4 view, projection;
-  uniform float pointSize;
+  uniform mediump float pointSize;
   varying vec3 seen, facing;
   varying float depth;
   void main() {
@@ -47,7 +47,7 @@ const MESH_FRAGMENT = `
 const POINT_VERTEX = `
   attribute vec3 position;
   uniform mat4 view, projection;
-  uniform float pointSize;
+  uniform mediump float pointSize;
   void main() {
     vec4 point = view * vec4(position, 1.0);
     point.xyz *= 0.985;
@@ -57,7 +57,7 @@ const POINT_VERTEX = `
 
 const POINT_FRAGMENT = `
   precision mediump float;
-  uniform float pointSize;
+  uniform mediump float pointSize;
   void main() {
     float from = length(gl_PointCoord - 0.5) * 2.0;
     float soft = 3.0 / pointSize;
