@@ -30,7 +30,7 @@ const MESH_FRAGMENT = `
     bool front = gl_FrontFacing || sided < 0.5;
     vec3 n = normalize(facing) * (front ? 1.0 : -1.0);
     vec3 v = normalize(-seen);
-    vec3 skin = front ? vec3(0.70, 0.43, 0.32) : vec3(0.11, 0.028, 0.024);
+    vec3 skin = front ? vec3(0.62, 0.39, 0.295) : vec3(0.10, 0.026, 0.022);
     float hollowed = clamp(depth * 3.0, -0.25, 0.75);
     skin *= mix(vec3(1.0), vec3(0.55, 0.34, 0.30), max(hollowed, 0.0)) * (1.0 - 0.35 * min(hollowed, 0.0));
     vec3 key = normalize(vec3(-0.45, 0.62, 0.66)), fill = normalize(vec3(0.85, 0.05, 0.4));
@@ -81,6 +81,9 @@ class Scene {
   #normals = new Float32Array(0);
   #hollows = new Float32Array(0);
   #landmarks = new Uint32Array(0);
+  /** Triangles that close the openings of the mesh from inside, and the loop around each. */
+  #caps = new Uint32Array(0);
+  #loops = [];
   #centre = [0, 0, 0];
   #radius = 1;
   #edge = 1;
@@ -113,9 +116,12 @@ class Scene {
   setMesh(faces, positions, landmarks) {
     this.#faces = faces;
     this.#landmarks = landmarks;
-    this.#positions = positions;
-    this.#normals = new Float32Array(positions.length);
-    this.#hollows = new Float32Array(positions.length / 3);
+    const n = positions.length / 3;
+    this.#loops = openings(faces, positions);
+    this.#caps = Uint32Array.from(this.#loops.flatMap((loop, k) => loop.flatMap((vertex, at) => [vertex, loop[(at + 1) % loop.length], n + k])));
+    this.#positions = new Float32Array(3 * (n + this.#loops.length));
+    this.#normals = new Float32Array(this.#positions.length);
+    this.#hollows = new Float32Array(n + this.#loops.length);
     const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
     positions.forEach((value, k) => {
       low[k % 3] = Math.min(low[k % 3], value);
@@ -130,8 +136,9 @@ class Scene {
 
   /** The same mesh in another shape. */
   setPositions(positions) {
-    this.#positions = positions;
-    shade(this.#faces, positions, this.#normals, this.#hollows, this.#edge);
+    this.#positions.set(positions);
+    shade(this.#faces, this.#positions, this.#normals, this.#hollows, this.#edge);
+    this.#loops.forEach((loop, k) => this.#positions.set(behind(loop, positions, this.#normals), positions.length + 3 * k));
     this.#uploadPositions();
   }
 
@@ -154,7 +161,7 @@ class Scene {
     this.#attribute(mesh, "hollow", this.#buffers.hollows, 1);
     if (this.#faces.length > 0) {
       gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#buffers.faces);
-      gl.drawElements(gl.TRIANGLES, this.#faces.length, this.#indexType(), 0);
+      gl.drawElements(gl.TRIANGLES, this.#faces.length + this.#caps.length, this.#indexType(), 0);
     } else {
       gl.drawArrays(gl.POINTS, 0, this.#positions.length / 3);
     }
@@ -193,7 +200,7 @@ class Scene {
     const { yaw, pitch, distance } = this.camera;
     const aspect = this.#canvas.clientWidth / Math.max(1, this.#canvas.clientHeight);
     // In a narrow picture the width decides.
-    const away = ((this.#radius * 1.02) / Math.sin(FIELD_OF_VIEW / 2) / Math.min(1, aspect * 1.22)) * distance;
+    const away = ((this.#radius * 1.02) / Math.sin(FIELD_OF_VIEW / 2) / Math.min(1, aspect * 1.22)) * 1.06 * distance;
     const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
     const rows = [[cy, 0, sy], [sp * sy, cp, -sp * cy], [-cp * sy, sp, cp * cy]];
     const shift = rows.map((row) => -row.reduce((sum, value, axis) => sum + value * this.#centre[axis], 0));
@@ -233,7 +240,10 @@ class Scene {
       throw new Error("This browser's WebGL draws no more than 65536 vertices.");
     }
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#buffers.faces);
-    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, this.#wide() ? this.#faces : Uint16Array.from(this.#faces), gl.STATIC_DRAW);
+    const indices = new (this.#wide() ? Uint32Array : Uint16Array)(this.#faces.length + this.#caps.length);
+    indices.set(this.#faces);
+    indices.set(this.#caps, this.#faces.length);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, indices, gl.STATIC_DRAW);
   }
 
   #uploadPositions() {
@@ -290,6 +300,46 @@ function meanEdge(faces, positions) {
     sum += Math.hypot(positions[a] - positions[b], positions[a + 1] - positions[b + 1], positions[a + 2] - positions[b + 2]);
   }
   return sum / faces.length;
+}
+
+/** The loops of edges with one triangle, but for the longest, which is the rim of a mask: the mouth, for instance. Each in its triangles' order. */
+function openings(faces, positions) {
+  const n = positions.length / 3;
+  const edges = new Set();
+  for (let k = 0; k < faces.length; k++) edges.add(faces[k] * n + faces[k % 3 === 2 ? k - 2 : k + 1]);
+  const next = new Map();
+  for (const edge of edges) {
+    const [from, to] = [Math.floor(edge / n), edge % n];
+    if (!edges.has(to * n + from)) next.set(from, to);
+  }
+  const loops = [];
+  while (next.size > 0) {
+    const [start] = next.keys();
+    const loop = [];
+    for (let vertex = start; next.has(vertex); ) {
+      loop.push(vertex);
+      const following = next.get(vertex);
+      next.delete(vertex);
+      vertex = following;
+    }
+    loops.push(loop);
+  }
+  const length = (loop) =>
+    loop.reduce((sum, vertex, k) => {
+      const [a, b] = [3 * vertex, 3 * loop[(k + 1) % loop.length]];
+      return sum + Math.hypot(positions[a] - positions[b], positions[a + 1] - positions[b + 1], positions[a + 2] - positions[b + 2]);
+    }, 0);
+  const lengths = loops.map(length);
+  return loops.filter((loop, k) => loop.length > 2 && lengths[k] < Math.max(...lengths));
+}
+
+/** A point behind the middle of a loop, half its mean radius against the mean normal. */
+function behind(loop, positions, normals) {
+  const mean = (values) => [0, 1, 2].map((axis) => loop.reduce((sum, vertex) => sum + values[3 * vertex + axis], 0) / loop.length);
+  const [middle, normal] = [mean(positions), mean(normals)];
+  const radius = loop.reduce((sum, vertex) => sum + Math.hypot(...middle.map((value, axis) => positions[3 * vertex + axis] - value)), 0) / loop.length;
+  const long = Math.hypot(...normal) || 1;
+  return middle.map((value, axis) => value - (0.5 * radius * normal[axis]) / long);
 }
 
 /** Unit normals, weighted by area, and how far each vertex lies in a hollow: its neighbours' mean along the normal, in edges. */

@@ -188,22 +188,33 @@ function slider(mode, k, reach) {
 }
 
 function buildLabels() {
-  const labels = shown.landmarkNames.map((name) => {
-    const anchor = document.createElement("div");
-    anchor.append(Object.assign(document.createElement("span"), { textContent: words(name) }));
-    return anchor;
-  });
+  const labels = shown.landmarkNames.map((name) => Object.assign(document.createElement("span"), { textContent: words(name) }));
   element("labels").replaceChildren(...labels);
+  // Asked of the page once, since it lays itself out anew for an answer.
+  element("labels").hidden = false;
+  shown.labels = labels.map((label) => ({ label, width: label.offsetWidth, height: label.offsetHeight }));
 }
 
+/** Puts each name beside its landmark, where it covers neither a point nor another name; it is left out where there is no such place. */
 function placeLabels() {
   element("labels").hidden = !scene.showsLandmarks;
   if (!scene.showsLandmarks) return;
-  Array.from(element("labels").children).forEach((label, k) => {
-    const { x, y, facing } = scene.seen(shown.landmarks[k]);
-    label.hidden = !facing;
-    label.style.position = "absolute";
-    label.style.transform = `translate(${x}px, ${y}px)`;
+  const points = shown.labels.map((_, k) => scene.seen(shown.landmarks[k]));
+  const taken = points.filter(({ facing }) => facing).map(({ x, y }) => [x - 6, y - 6, x + 6, y + 6]);
+  const middle = points.reduce((sum, { x }) => sum + x, 0) / points.length;
+  shown.labels.forEach(({ label, width, height }, k) => {
+    const { x, y, facing } = points[k];
+    const [right, left] = [[x + 9, y - height / 2], [x - 9 - width, y - height / 2]];
+    const [above, below] = [[x - width / 2, y - 9 - height], [x - width / 2, y + 9]];
+    const places = [...(x < middle - 2 ? [left, right] : [right, left]), above, below];
+    const free = ([l, t]) => taken.every((box) => l >= box[2] || t >= box[3] || l + width <= box[0] || t + height <= box[1]);
+    const place = facing ? places.find(free) : undefined;
+    label.classList.toggle("crowded", place === undefined);
+    if (place === undefined) return;
+    taken.push([place[0], place[1], place[0] + width, place[1] + height]);
+    label.style.transform = `translate(${place[0]}px, ${place[1]}px)`;
+    label.dataset.x = x;
+    label.dataset.y = y;
   });
 }
 

@@ -41,8 +41,10 @@ enum Command {
     Firmware(firmware::Options),
     /// Runs the golden vectors on AArch64 and on a big-endian processor, emulated.
     Cross(cross::Options),
-    /// Runs the golden vectors as a wasm module in Node.js.
+    /// Builds the module for browsers, runs its golden vectors and tests in Node.js, and assembles the page in target/web.
     Wasm(wasm::Options),
+    /// Drives the assembled page in a headless Chromium.
+    Web,
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
     /// Builds the documentation with warnings as errors.
@@ -61,6 +63,7 @@ fn main() -> ExitCode {
         Command::Firmware(options) => firmware::run(&options),
         Command::Cross(options) => cross::run(&options),
         Command::Wasm(options) => wasm::run(&options),
+        Command::Web => wasm::web(),
         Command::NoPanic => no_panic::run(),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),
