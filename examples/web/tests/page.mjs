@@ -30,12 +30,18 @@ async function served() {
   const server = createServer(async (request, response) => {
     const path = request.url === "/" ? "/index.html" : request.url;
     asked.push(path);
-    const content = path.includes("..") ? null : await readFile(join(folder, path)).catch(() => null);
+    const content = path === "/readme.html" ? await readmePage() : path.includes("..") ? null : await readFile(join(folder, path)).catch(() => null);
     response.writeHead(content === null ? 404 : 200, { "Content-Type": types[extname(path)] ?? "application/octet-stream" });
     response.end(content);
   });
   await new Promise((done) => server.listen(0, "127.0.0.1", done));
   return { server, asked, url: `http://127.0.0.1:${server.address().port}/` };
+}
+
+/** The page that the project's README shows. */
+async function readmePage() {
+  const text = await readFile(new URL("../../../README.md", import.meta.url), "utf8");
+  return /^```html\n(.*?)^```$/ms.exec(text)[1];
 }
 
 class Page {
@@ -216,6 +222,11 @@ try {
   await tour(fromFolder, pathToFileURL(resolve(folder, "index.html")).href);
   const others = (await fromFolder.requests()).filter((url) => !url.startsWith("file:") && !url.startsWith("data:"));
   check(others.length === 0, `requests from the folder: ${others}`);
+
+  await browser.open(`${server.url}readme.html`);
+  const said = await browser.until("what the README's page says", () => document.body.textContent.trim());
+  check(/^1617 vertices, 3040 triangles, 0\.\d\d mm rms$/.test(said), `the README's page says: ${said}`);
+  await browser.log("browser");
 
   const phone = new Page(browser, "phone");
   await browser.resize(390, 780);
