@@ -19,11 +19,16 @@ export function decoded(png) {
   const pixels = new Uint8Array(row * height);
   for (let y = 0; y < height; y++) {
     const filter = raw[y * (row + 1)];
+    const [from, to] = [y * (row + 1) + 1, y * row];
     for (let x = 0; x < row; x++) {
-      const [left, up] = [x >= channels ? pixels[y * row + x - channels] : 0, y > 0 ? pixels[(y - 1) * row + x] : 0];
-      const corner = x >= channels && y > 0 ? pixels[(y - 1) * row + x - channels] : 0;
-      const guess = [0, left, up, (left + up) >> 1, paeth(left, up, corner)][filter];
-      pixels[y * row + x] = raw[y * (row + 1) + 1 + x] + guess;
+      const left = x >= channels ? pixels[to + x - channels] : 0;
+      const up = y > 0 ? pixels[to + x - row] : 0;
+      let guess = 0;
+      if (filter === 1) guess = left;
+      else if (filter === 2) guess = up;
+      else if (filter === 3) guess = (left + up) >> 1;
+      else if (filter === 4) guess = paeth(left, up, x >= channels && y > 0 ? pixels[to + x - row - channels] : 0);
+      pixels[to + x] = raw[from + x] + guess;
     }
   }
   return { width, height, at: (x, y) => pixels.subarray(y * row + x * channels, y * row + x * channels + 3) };
@@ -31,7 +36,9 @@ export function decoded(png) {
 
 function paeth(left, up, corner) {
   const guess = left + up - corner;
-  const [a, b, c] = [Math.abs(guess - left), Math.abs(guess - up), Math.abs(guess - corner)];
+  const a = Math.abs(guess - left);
+  const b = Math.abs(guess - up);
+  const c = Math.abs(guess - corner);
   return a <= b && a <= c ? left : b <= c ? up : corner;
 }
 

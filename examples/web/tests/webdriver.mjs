@@ -88,12 +88,12 @@ export class Browser {
 
   /** Waits until a function in the page gives something true, and returns it. */
   async until(what, body, ...args) {
-    for (const end = Date.now() + 20000; Date.now() < end; ) {
+    for (const end = Date.now() + 60000; Date.now() < end; ) {
       const found = await this.run(body, ...args);
       if (found) return found;
       await new Promise((done) => setTimeout(done, 30));
     }
-    throw new Error(`waited 20 s in vain: ${what}`);
+    throw new Error(`waited 60 s in vain: ${what}`);
   }
 
   async #element(selector) {

@@ -3,7 +3,9 @@
 //     node wrapper.mjs HABITUS.wasm face.hab
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
+import { createRequire } from "node:module";
 import test from "node:test";
+import vm from "node:vm";
 import Habitus from "../habitus.js";
 
 const [wasmPath, modelPath] = process.argv.slice(2);
@@ -272,6 +274,15 @@ test("what is not the module is refused in words", async () => {
   assert.equal(kernel.errorName(103), "HAB_NOT_FINITE");
   assert.equal(kernel.errorName(-5), "HAB_UNKNOWN_CODE");
   assert.match(kernel.errorMessage(304), /damaged/);
+});
+
+test("the file is a plain script as well as a module", async () => {
+  assert.equal(createRequire(import.meta.url)("../habitus.js").load, Habitus.load);
+  const page = vm.createContext({ WebAssembly, TextDecoder });
+  vm.runInContext(await readFile(new URL("../habitus.js", import.meta.url), "utf8"), page);
+  const kernel = await vm.runInContext("Habitus", page).load(wasm);
+  const model = kernel.open(face);
+  assert.equal(model.evaluate(mean(model)).length, 3 * model.counts.nVertices);
 });
 
 test("the constants have the names that the module gives its codes", async () => {
