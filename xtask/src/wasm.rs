@@ -59,12 +59,13 @@ pub struct Options {
 pub fn run(options: &Options) -> Result<()> {
     let compiler = Compiler::installed(Target::Wasm)?;
     Target::Wasm.emulator()?;
-    let mut runs = vec![kernel_run(&compiler)?];
+    let (kernel, built) = builds(&compiler);
+    let mut runs = vec![kernel?];
     let mut objections = runs[0].objections(golden::cases()?);
     let cases = golden::cases_of(&KERNELS)? - INEXPRESSIBLE;
     let (mut sizes, mut modules) = (Vec::new(), Vec::new());
-    for module in &MODULES {
-        let path = built(&compiler, module)?;
+    for (module, path) in MODULES.iter().zip(built) {
+        let path = path?;
         let run = wrapper_run(&compiler, module.title, &path)?;
         objections.extend(run.objections(cases));
         objections.extend(unit_tests(module.title, &path)?);
@@ -116,6 +117,17 @@ fn node(script: &str) -> Result<Command> {
     let mut command = Target::Wasm.emulator()?;
     command.arg(project().join(WEB).join("tests").join(script));
     Ok(command)
+}
+
+/// Everything that is compiled, at the same time: a build uses one core most of the time.
+fn builds(compiler: &Compiler) -> (Result<Run>, [Result<PathBuf>; 2]) {
+    std::thread::scope(|scope| {
+        let kernel = scope.spawn(|| kernel_run(compiler));
+        let modules = MODULES.each_ref().map(|module| scope.spawn(|| built(compiler, module)));
+        let panicked = || String::from("a build panicked").into();
+        let modules = modules.map(|build| build.join().unwrap_or_else(|_| Err(panicked())));
+        (kernel.join().unwrap_or_else(|_| Err(panicked())), modules)
+    })
 }
 
 /// The kernel itself in the module of the golden runner.
