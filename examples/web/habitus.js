@@ -390,8 +390,10 @@
     return value;
   }
 
+  const owns = (object, key) => Object.prototype.hasOwnProperty.call(object, key);
+
   function modeNumber(mode) {
-    if (!Object.hasOwn(MODES, mode)) throw new TypeError(`the mode is "identity" or "pose", not ${String(mode)}`);
+    if (!owns(MODES, mode)) throw new TypeError(`the mode is "identity" or "pose", not ${String(mode)}`);
     return MODES[mode];
   }
 
@@ -894,7 +896,7 @@
     const prefixes = { frame: "HAB_FRAME_", identityPrior: "HAB_PRIOR_", posePrior: "HAB_PRIOR_" };
     const numbers = {};
     for (const [key, value] of Object.entries(options)) {
-      const known = Object.hasOwn(STRUCTS.hab_fit_options.members, key) && key !== "structBytes";
+      const known = owns(STRUCTS.hab_fit_options.members, key) && key !== "structBytes";
       if (!known) throw new TypeError(`there is no fit option ${key}`);
       if (value === undefined) continue;
       if (key in prefixes) numbers[key] = CONSTANTS[prefixes[key] + String(value).toUpperCase()] ?? 0xffffffff;

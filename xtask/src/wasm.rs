@@ -97,7 +97,7 @@ pub fn web() -> Result<()> {
         return Err(format!("{} is not assembled: run `cargo xtask wasm` first", page().display()).into());
     }
     let shots = page().with_file_name("web-shots");
-    let ended = ended(node("page.mjs")?.arg(page()).arg(&shots), Duration::from_secs(300))?;
+    let ended = ended(node("page.mjs")?.arg(page()).arg(&shots), Duration::from_secs(900))?;
     print!("{}", ended.text);
     let checks = printed_figures(&ended.text).get("checks").copied().unwrap_or(0);
     match ended.failure {

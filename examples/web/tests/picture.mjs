@@ -31,7 +31,7 @@ export function decoded(png) {
       pixels[to + x] = raw[from + x] + guess;
     }
   }
-  return { width, height, at: (x, y) => pixels.subarray(y * row + x * channels, y * row + x * channels + 3) };
+  return { width, height, channels, pixels };
 }
 
 function paeth(left, up, corner) {
@@ -42,26 +42,31 @@ function paeth(left, up, corner) {
   return a <= b && a <= c ? left : b <= c ? up : corner;
 }
 
-const luminance = ([r, g, b]) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
+const luminance = (r, g, b) => 0.2126 * r + 0.7152 * g + 0.0722 * b;
 
 /** Whether a colour is one of lit or shaded skin: red above green above blue, and neither grey nor black. */
-const isSkin = ([r, g, b]) => r > 60 && r - b > 18 && r > g && g >= b;
+const isSkin = (r, g, b) => r > 60 && r - b > 18 && r > g && g >= b;
 
 /** What the skin in a part of a picture says: its share of the area, its box, how far left and right sides are alike, and its shading. */
 export function faceIn(picture, { left, top, width, height }) {
+  const { channels, pixels } = picture;
   const rows = [];
   let [count, sum, squares] = [0, 0, 0];
   const box = { left: Infinity, right: -Infinity, top: Infinity, bottom: -Infinity };
   for (let y = top; y < top + height; y++) {
     const row = [];
     for (let x = left; x < left + width; x++) {
-      const colour = picture.at(x, y);
-      if (!isSkin(colour)) continue;
+      const at = (y * picture.width + x) * channels;
+      const [r, g, b] = [pixels[at], pixels[at + 1], pixels[at + 2]];
+      if (!isSkin(r, g, b)) continue;
       row.push(x);
       count++;
-      sum += luminance(colour);
-      squares += luminance(colour) ** 2;
-      Object.assign(box, { left: Math.min(box.left, x), right: Math.max(box.right, x), top: Math.min(box.top, y), bottom: Math.max(box.bottom, y) });
+      sum += luminance(r, g, b);
+      squares += luminance(r, g, b) ** 2;
+    }
+    if (row.length > 0) {
+      const [from, to] = [row[0], row[row.length - 1]];
+      Object.assign(box, { left: Math.min(box.left, from), right: Math.max(box.right, to), top: Math.min(box.top, y), bottom: y });
     }
     if (row.length > 8) rows.push([row[0], row[row.length - 1]]);
   }
@@ -94,8 +99,10 @@ export function differing(one, other, { left, top, width, height }) {
   let count = 0;
   for (let y = top; y < top + height; y++) {
     for (let x = left; x < left + width; x++) {
-      const [a, b] = [one.at(x, y), other.at(x, y)];
-      if (Math.abs(a[0] - b[0]) + Math.abs(a[1] - b[1]) + Math.abs(a[2] - b[2]) > 12) count++;
+      const [a, b] = [(y * one.width + x) * one.channels, (y * other.width + x) * other.channels];
+      let distance = 0;
+      for (let k = 0; k < 3; k++) distance += Math.abs(one.pixels[a + k] - other.pixels[b + k]);
+      if (distance > 12) count++;
     }
   }
   return count;

@@ -16,7 +16,7 @@ const FLAGS = [
 export class Browser {
   #driver;
   #base;
-  #session;
+  #id;
   #profile;
 
   /** Starts a browser; `flags` come after the usual ones. */
@@ -39,7 +39,7 @@ export class Browser {
       const args = [...FLAGS, `--user-data-dir=${browser.#profile}`, `--window-size=${width},${height}`, ...flags];
       const alwaysMatch = { "goog:chromeOptions": { args }, "goog:loggingPrefs": { browser: "ALL", performance: "ALL" } };
       const { sessionId, capabilities } = await browser.#call("POST", "", { capabilities: { alwaysMatch } });
-      browser.#session = sessionId;
+      browser.#id = sessionId;
       browser.version = `${capabilities.browserName} ${capabilities.browserVersion}`;
       // The window's size counts what is around the page; the page's own is what is asked for.
       await browser.resize(width, height);
@@ -51,7 +51,7 @@ export class Browser {
   }
 
   async stop() {
-    if (this.#session !== undefined) await this.#call("DELETE", `/${this.#session}`).catch(() => undefined);
+    if (this.#id !== undefined) await this.#call("DELETE", `/${this.#id}`).catch(() => undefined);
     const ended = new Promise((done) => this.#driver.once("exit", done));
     if (this.#driver.exitCode === null && this.#driver.pid !== undefined) {
       this.#driver.kill();
@@ -67,7 +67,7 @@ export class Browser {
     return value;
   }
 
-  #at = (method, path, body) => this.#call(method, `/${this.#session}${path}`, body);
+  #at = (method, path, body) => this.#call(method, `/${this.#id}${path}`, body);
 
   open = (url) => this.#at("POST", "/url", { url });
 
