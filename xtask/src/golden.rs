@@ -65,6 +65,15 @@ impl Run {
 
 /// The number of cases in the committed vectors.
 pub fn cases() -> Result<u64> {
+    counted(|_| true)
+}
+
+/// The number of those of some kernels.
+pub fn cases_of(kernels: &[&str]) -> Result<u64> {
+    counted(|kernel| kernels.contains(&kernel))
+}
+
+fn counted(is_wanted: impl Fn(&str) -> bool) -> Result<u64> {
     let folder = project().join("tests/golden/vectors");
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let mut cases = 0;
@@ -73,10 +82,11 @@ pub fn cases() -> Result<u64> {
         // The models are what the cases are about, not cases.
         if path.file_name().is_some_and(|name| name != "models.txt") {
             let text = std::fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-            cases += text.lines().filter(|line| line.starts_with("case ")).count() as u64;
+            let kernels = text.lines().filter_map(|line| line.strip_prefix("case ")?.split(' ').next());
+            cases += kernels.filter(|kernel| is_wanted(kernel)).count() as u64;
         }
     }
-    if cases == 0 { Err(format!("{} holds no case", folder.display()).into()) } else { Ok(cases) }
+    if cases == 0 { Err(format!("{} holds no such case", folder.display()).into()) } else { Ok(cases) }
 }
 
 const COLUMNS: [(&str, &str); 6] = [
@@ -126,7 +136,7 @@ pub fn concluded(runs: &[Run], objections: &[String], json: bool) -> Result<()> 
 
 #[cfg(test)]
 mod tests {
-    use super::{Run, cases};
+    use super::{Run, cases, cases_of};
     use crate::process::Ended;
 
     fn run(text: &str, failure: Option<&str>) -> Run {
@@ -164,5 +174,7 @@ mod tests {
     #[test]
     fn the_committed_vectors_hold_many_cases() {
         assert!(cases().is_ok_and(|cases| cases >= 248));
+        assert!(cases_of(&["open", "prepared"]).is_ok_and(|cases| cases >= 50));
+        assert!(cases_of(&["no such kernel"]).is_err());
     }
 }

@@ -6,6 +6,7 @@ mod budgets;
 mod call_graph;
 mod compiler;
 mod cross;
+mod declared;
 mod docs;
 mod figures;
 mod firmware;
@@ -13,6 +14,7 @@ mod fused;
 mod fuzz;
 mod golden;
 mod header;
+mod javascript;
 mod lint;
 mod nightly;
 mod nightly_compiler;
@@ -41,15 +43,17 @@ enum Command {
     Firmware(firmware::Options),
     /// Runs the golden vectors on AArch64 and on a big-endian processor, emulated.
     Cross(cross::Options),
-    /// Runs the golden vectors as a wasm module in Node.js.
+    /// Builds the module for browsers, runs its golden vectors and tests in Node.js, and assembles the page in target/web.
     Wasm(wasm::Options),
+    /// Drives the assembled page in a headless Chromium.
+    Web,
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
     /// Feeds hostile inputs to every reader and compares the kernel with its reference, for a short time.
     Fuzz(fuzz::Options),
     /// Builds the documentation with warnings as errors.
     Docs,
-    /// Writes include/habitus.h from the crate in ffi/; with --check, fails when the committed one differs.
+    /// Writes include/habitus.h from the crate in ffi/, and what JavaScript must know of it; with --check, fails when a committed file differs.
     Header(header::Options),
     /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
     Lint,
@@ -63,6 +67,7 @@ fn main() -> ExitCode {
         Command::Firmware(options) => firmware::run(&options),
         Command::Cross(options) => cross::run(&options),
         Command::Wasm(options) => wasm::run(&options),
+        Command::Web => wasm::web(),
         Command::NoPanic => no_panic::run(),
         Command::Fuzz(options) => fuzz::run(&options),
         Command::Docs => docs::run(),
