@@ -105,7 +105,7 @@ impl Arena {
             0..224 => right,
             224..240 => right.wrapping_add(usize::from(length) - 232),
             240..248 => usize::from(length) - 240,
-            _ => usize::MAX / size_of::<T>() + usize::from(length) - 248,
+            _ => (usize::MAX / size_of::<T>()).saturating_add(usize::from(length) - 248),
         };
         // Beyond the arena only what cannot exist: the library must see that for itself.
         let count = if count > room && count < isize::MAX as usize / size_of::<T>() { right.min(room) } else { count };
