@@ -103,7 +103,7 @@ impl Arena {
         let room = (SLOT * SLOTS - offset) / size_of::<T>();
         let count = match length {
             0..224 => right,
-            224..240 => right.wrapping_add(usize::from(length) - 232),
+            224..240 => right.wrapping_add(usize::from(length)).wrapping_sub(232),
             240..248 => usize::from(length) - 240,
             _ => (usize::MAX / size_of::<T>()).saturating_add(usize::from(length) - 248),
         };
