@@ -4,11 +4,11 @@
 #![forbid(unsafe_code)]
 
 pub mod bilinear;
+pub mod damage;
 pub mod mesh;
 pub mod model_file;
 pub mod tables;
 
 mod bits;
 mod case;
-mod damage;
 mod numbers;
