@@ -24,7 +24,23 @@ const UNTOUCHED: f32 = -77.25;
 
 /// Compares the kernel with the reference on the case that the bytes make.
 pub fn check(bytes: &[u8]) {
-    let Some(case) = Case::of(bytes) else { return };
+    if let Some(case) = Case::of(bytes) {
+        check_case(&case);
+    }
+}
+
+/// How far a case comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Reached {
+    /// The model file is refused.
+    File,
+    /// The fit is refused.
+    Refusal,
+    /// The fit ends.
+    Fit,
+}
+
+fn check_case(case: &Case) -> Reached {
     let sections = model_file::sections(&case.model, &case.extras);
     let first_wrong = sections[0].bytes.as_chunks::<4>().0.iter().position(|raw| {
         let coefficient = f32::from_le_bytes(*raw);
@@ -35,18 +51,18 @@ pub fn check(bytes: &[u8]) {
         (Ok(model), None) => model,
         (Err(error), Some(index)) => {
             assert_eq!(error, Error::BadContent { section: 1, index: index as u32 });
-            return;
+            return Reached::File;
         }
         (outcome, _) => panic!("opened: {:?}, first wrong coefficient: {first_wrong:?}", outcome.err()),
     };
     let generator = model.bilinear().expect("an opened model has a generator");
-    check_evaluated(&case, &generator);
+    check_evaluated(case, &generator);
     if case.weights_refused().is_none() {
-        check_linearised(&case, &generator);
-        check_prepared(&case, &generator);
+        check_linearised(case, &generator);
+        check_prepared(case, &generator);
     }
-    check_equations(&case, &generator);
-    check_fit(&case, &model, &generator);
+    check_equations(case, &generator);
+    check_fit(case, &model, &generator)
 }
 
 fn check_evaluated(case: &Case, generator: &Bilinear<'_>) {
@@ -203,7 +219,7 @@ fn check_equations(case: &Case, generator: &Bilinear<'_>) {
     assert!(jtj.iter().chain(&jtr).all(|&number| number == UNTOUCHED), "outputs of a refused call were touched");
 }
 
-fn check_fit(case: &Case, model: &Model<'_>, generator: &Bilinear<'_>) {
+fn check_fit(case: &Case, model: &Model<'_>, generator: &Bilinear<'_>) -> Reached {
     let (mut identity, mut pose) = (case.identity.clone(), case.pose.clone());
     let mut placement = core_placement(&case.placement);
     let options = case.core_options(model);
@@ -233,13 +249,38 @@ fn check_fit(case: &Case, model: &Model<'_>, generator: &Bilinear<'_>) {
             assert_same("fitted pose", &pose, &fit.pose);
             assert_same("fitted placement", &numbers_of(&placement), &fit.placement.numbers());
             assert!(identity.iter().chain(&pose).all(|weight| weight.abs() <= MAX_WEIGHT), "weights beyond the limit");
+            Reached::Fit
         }
         (outcome, Err(refusal)) => {
             assert_refused(outcome.err(), refusal);
             assert_same("identity after a refusal", &identity, &case.identity);
             assert_same("pose after a refusal", &pose, &case.pose);
             assert_same("placement after a refusal", &numbers_of(&placement), &case.placement.numbers());
+            Reached::Refusal
         }
         (Err(error), Ok(_)) => panic!("refused with {error:?}, where the reference fits"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The comparison is worth something only if many cases come to its end.
+    #[test]
+    fn random_bytes_reach_every_end() {
+        let mut state = 7u32;
+        let mut byte = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let mut ends = [0; 3];
+        for _ in 0..400 {
+            let bytes: Vec<u8> = (0..400).map(|_| byte()).collect();
+            if let Some(case) = Case::of(&bytes) {
+                ends[check_case(&case) as usize] += 1;
+            }
+        }
+        assert!(ends.iter().all(|&count| count >= 10), "file refused, fit refused, fitted: {ends:?}");
     }
 }

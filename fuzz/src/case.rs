@@ -25,7 +25,8 @@ use crate::numbers::Number;
 struct Choice {
     n: u8,
     dims: [u8; 2],
-    /// Bits: identity-linear terms, pose-linear terms, placing, landmarks only, a further weight, weights within reach.
+    /// Bits: identity-linear terms, pose-linear terms, placing, landmarks only, a further weight
+    /// (when the two behind are zero), numbers within reach.
     flags: u8,
     seed: u32,
     offset_size: u8,
@@ -56,6 +57,35 @@ struct SampleChoice {
     weight: Number,
 }
 
+impl Choice {
+    /// Makes numbers of what is refused for its size or sign, so that the case comes to its fit.
+    fn tame(&mut self) {
+        let number = |number: &mut Number| {
+            if !(number.0.abs() <= 1e4) {
+                number.0 = 0.25;
+            }
+        };
+        let positive = |number: &mut Number| {
+            number.0 = number.0.abs();
+            if !(1e-6..=1e4).contains(&number.0) {
+                number.0 = 1.5;
+            }
+        };
+        self.weights.iter_mut().chain(&mut self.translation).for_each(number);
+        for size in [&mut self.scale, &mut self.noise, &mut self.damping, &mut self.decrease] {
+            positive(size);
+        }
+        self.decrease.0 *= 1e-5;
+        self.priors.iter_mut().map(|(_, factor)| factor).for_each(positive);
+        for sample in &mut self.samples {
+            sample.barycentric.iter_mut().chain(&mut sample.target).for_each(number);
+            positive(&mut sample.weight);
+            // Without the normals that may have any length, and the vertex behind the last.
+            sample.kind &= 0x17;
+        }
+    }
+}
+
 /// A case for both the kernel and the reference.
 pub struct Case {
     pub model: Bilinear,
@@ -80,20 +110,20 @@ const SIZES: [f32; 8] = [100.0, 10.0, 1.0, 0.0, 1e-30, 1e5, 1e9, 1e12];
 impl Case {
     /// The case of these bytes; `None` when they are too few.
     pub fn of(bytes: &[u8]) -> Option<Self> {
-        let choice = Choice::arbitrary_take_rest(Unstructured::new(bytes)).ok()?;
+        let mut choice = Choice::arbitrary_take_rest(Unstructured::new(bytes)).ok()?;
+        if choice.flags >> 5 & 1 == 1 {
+            choice.tame();
+        }
         let n = 1 + usize::from(choice.n % 40);
         let (di, dp) = (1 + usize::from(choice.dims[0] % 4), 1 + usize::from(choice.dims[1] % 3));
         let flag = |bit: u8| choice.flags >> bit & 1 == 1;
         let model = model(&choice, n, di, dp);
-        let mut weights: Vec<f32> = choice.weights.iter().map(|number| number.0).collect();
-        if flag(5) {
-            // A fit needs weights that are none of the refused ones.
-            weights.iter_mut().for_each(|weight| *weight = if weight.abs() <= 1e4 { *weight } else { 0.25 });
-        }
-        let identity = weights[..di + usize::from(flag(4) && choice.seed.is_multiple_of(2))].to_vec();
-        let pose = weights[4..][..dp + usize::from(flag(4) && choice.seed % 2 == 1)].to_vec();
+        let weights: Vec<f32> = choice.weights.iter().map(|number| number.0).collect();
+        let further = flag(4) && choice.flags >> 6 == 0;
+        let identity = weights[..di + usize::from(further && choice.seed.is_multiple_of(2))].to_vec();
+        let pose = weights[4..][..dp + usize::from(further && choice.seed % 2 == 1)].to_vec();
         let placement = Placement {
-            scale: if flag(5) { 1.0 } else { choice.scale.0 },
+            scale: choice.scale.0,
             rotation: rotation_matrix(choice.rotation.map(|angle| f32::from(angle) / 32.0)),
             translation: choice.translation.map(|number| number.0),
         };
@@ -117,11 +147,11 @@ impl Case {
             landmarks_only,
             place: flag(2),
             priors,
-            noise: if flag(5) { 1.5 } else { choice.noise.0 },
+            noise: choice.noise.0,
             limits: Limits {
                 max_iterations: u32::from(choice.iterations % 12),
-                relative_decrease: if flag(5) { f32::EPSILON * 16.0 } else { choice.decrease.0 },
-                damping: if flag(5) { 1e-3 } else { choice.damping.0 },
+                relative_decrease: choice.decrease.0,
+                damping: choice.damping.0,
             },
             model,
         })
@@ -239,21 +269,23 @@ fn reference_prior(gaussian: &Option<Gaussian>, (kind, factor): (u8, f32)) -> Pr
 fn model(choice: &Choice, n: usize, di: usize, dp: usize) -> Bilinear {
     let mut state = choice.seed;
     let mut index = 0;
+    let linear = [choice.flags & 1 != 0, choice.flags & 2 != 0];
+    let n_terms = 1 + di * (dp + usize::from(linear[0])) + if linear[1] { dp } else { 0 };
+    let count = 3 * n * n_terms;
     let mut term = |size: u8| -> Vec<[f32; 3]> {
         let size = SIZES[usize::from(size) % SIZES.len()];
         let mut number = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            let set = choice.coefficients.iter().find(|(at, _)| usize::from(*at) == index);
+            let set = choice.coefficients.iter().find(|(at, _)| usize::from(*at) % count == index);
             index += 1;
             set.map_or(size * ((state >> 8) as f32 / (1 << 23) as f32 - 1.0), |(_, number)| number.0)
         };
         (0..n).map(|_| [number(), number(), number()]).collect()
     };
-    let linear = choice.flags;
     Bilinear {
         offset: term(choice.offset_size),
-        pose_linear: (linear & 2 != 0).then(|| (0..dp).map(|_| term(choice.term_size)).collect()),
-        identity_linear: (linear & 1 != 0).then(|| (0..di).map(|_| term(choice.term_size)).collect()),
+        pose_linear: linear[1].then(|| (0..dp).map(|_| term(choice.term_size)).collect()),
+        identity_linear: linear[0].then(|| (0..di).map(|_| term(choice.term_size)).collect()),
         bilinear: (0..di).map(|_| (0..dp).map(|_| term(choice.term_size)).collect()).collect(),
     }
 }
@@ -324,7 +356,7 @@ fn free_sample(
         2 => Some(unit(choice.normal.map(|number| number.0))),
         _ => Some(choice.normal.map(|number| number.0)),
     };
-    let weight = if kind / 32 % 2 == 0 { choice.weight.0.abs() } else { choice.weight.0 };
+    let weight = if (kind / 32).is_multiple_of(2) { choice.weight.0.abs() } else { choice.weight.0 };
     Some(Sample {
         target: moved(placement.applied(point(corners[0])), choice.target),
         corners: corners.map(|corner| corner as u32),

@@ -7,11 +7,11 @@ pub mod bilinear;
 // C functions are called through pointers.
 #[allow(unsafe_code)]
 pub mod c_calls;
+pub mod damage;
 pub mod mesh;
 pub mod model_file;
 pub mod tables;
 
 mod bits;
 mod case;
-mod damage;
 mod numbers;

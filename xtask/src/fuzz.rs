@@ -151,18 +151,20 @@ fn fuzz(programs: &Path, name: &str, seconds: u32) -> Result<Row> {
     let file = std::fs::File::create(&log).map_err(|error| format!("{}: {error}", log.display()))?;
     let program = programs.join(name);
     let mut command = Command::new(&program);
-    command.args(LIMITS).args(["-print_final_stats=1", "-detect_leaks=0"]);
+    // The limit of one allocation hangs on libFuzzer's search for leaks, which therefore stays on; the sanitizer's own, which
+    // needs ptrace, does not.
+    command.args(LIMITS).arg("-print_final_stats=1").env("ASAN_OPTIONS", "detect_leaks=0");
     command.arg(format!("-max_total_time={seconds}")).arg(format!("-artifact_prefix={}/", artifacts.display()));
     command.arg(&found);
     let committed = project().join(FOLDER).join("corpus").join(name);
     if committed.is_dir() {
         command.arg(committed);
     }
-    command.env("ASAN_OPTIONS", "detect_leaks=0").stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(file);
     let status = command.status().map_err(|error| format!("cannot start {}: {error}", program.display()))?;
     let text = std::fs::read(&log).map_err(|error| format!("{}: {error}", log.display()))?;
     let text = String::from_utf8_lossy(&text);
-    let input = text.lines().find_map(|line| line.split_once("Test unit written to ")).map(|(_, path)| path.into());
+    let input = kept_input(&text);
     let finding = match (status.success(), input) {
         (true, None) => None,
         (_, Some(input)) => Some(Finding { input, message: message(&text), log: log.clone() }),
@@ -183,6 +185,15 @@ fn fuzz(programs: &Path, name: &str, seconds: u32) -> Result<Row> {
         return Err(format!("{name} ran nothing, or is not instrumented; see {}", log.display()).into());
     }
     Ok(row)
+}
+
+/// The input that the target did not survive. One that was only slow is kept by libFuzzer too, but is no finding.
+fn kept_input(log: &str) -> Option<PathBuf> {
+    let kept = log.lines().filter_map(|line| line.split_once("Test unit written to "));
+    kept.map(|(_, path)| PathBuf::from(path)).find(|path| {
+        let name = path.file_name().map(|name| name.to_string_lossy());
+        name.is_some_and(|name| !name.starts_with("slow-unit-"))
+    })
 }
 
 /// The number behind the last occurrence of `mark`; 0 when there is none.
@@ -251,7 +262,7 @@ fn table(rows: &[Row]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{last_number, message};
+    use super::{kept_input, last_number, message};
 
     const LOG: &str = "#12\tINITED cov: 7 ft: 8 corp: 3/20b exec/s: 0 rss: 39Mb\n\
         #99\tREDUCE cov: 1273 ft: 5519 corp: 718/143Kb lim: 4096 exec/s: 5332 rss: 498Mb L: 486/4004 MS: 1 EraseBytes-\n\
@@ -263,6 +274,14 @@ mod tests {
     fn figures_are_those_of_the_last_line() {
         let numbers = [" cov: ", " corp: ", "stat::number_of_executed_units:", "stat::average_exec_per_sec:", "none:"];
         assert_eq!(numbers.map(|mark| last_number(LOG, mark)), [1273, 718, 2_495_640, 5332, 0]);
+    }
+
+    #[test]
+    fn slow_inputs_are_no_findings() {
+        let slow = "artifact_prefix='a/'; Test unit written to a/slow-unit-5c48";
+        assert_eq!(kept_input(slow), None);
+        let both = format!("{slow}\nartifact_prefix='a/'; Test unit written to a/crash-12");
+        assert_eq!(kept_input(&both), Some("a/crash-12".into()));
     }
 
     #[test]

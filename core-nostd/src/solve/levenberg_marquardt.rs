@@ -146,11 +146,13 @@ pub fn minimised_in_place<R: Real>(
             set(scale, i, if kept > R::ZERO { kept } else { R::ONE });
         }
         let system = System { jtj, jtr, x, lower, upper, scale, lambda };
-        let (predicted, clipped) = system.step(damped, held, trial).unwrap_or((R::ZERO, true));
+        let step = system.step(damped, held, trial).ok();
         iterations += 1;
-        if !(predicted > limits.relative_decrease * energy) {
+        // The energy may be negative, when a prior's matrix is not definite: a failed step must not pass for one that predicts zero.
+        let lowers = |(predicted, _): &(R, bool)| *predicted > limits.relative_decrease * energy;
+        let Some((predicted, _)) = step.filter(lowers) else {
             // A clipped or failed step says nothing of the minimum: a shorter one is tried.
-            if !clipped {
+            if step.is_some_and(|(_, clipped)| !clipped) {
                 status = Status::Converged;
                 iterations -= 1;
                 break;
@@ -160,7 +162,7 @@ pub fn minimised_in_place<R: Real>(
                 break;
             }
             continue;
-        }
+        };
         let trial_energy = problem.normal_equations(trial, trial_jtj, trial_jtr);
         let trial_energy = trial_energy.ok().filter(|energy| energy.is_finite()).unwrap_or(R::MAX);
         let decrease = energy - trial_energy;
@@ -350,6 +352,36 @@ mod tests {
         let outcome = minimised_in_place(&mut Valley, &mut x, &low, &high, &Limits::default(), &mut [0.0; 64]).unwrap();
         assert_eq!(outcome.status, Status::Converged);
         assert!((x[0] - 0.5).abs() < 1e-12 && (x[1] - 0.25).abs() < 1e-7 && (outcome.energy - 0.25).abs() < 1e-12);
+    }
+
+    /// E = x^T A x + 2 (x_0 + x_1) - 1 with an indefinite A, as a prior's matrix may be: negative at the start.
+    struct Saddle {
+        evaluations: u32,
+    }
+
+    impl LeastSquares<f64> for Saddle {
+        fn dim(&self) -> usize {
+            2
+        }
+        fn normal_equations(&mut self, x: &[f64], jtj: &mut [f64], jtr: &mut [f64]) -> Result<f64, Error> {
+            self.evaluations += 1;
+            let image = [2.0 * x[0] - 3.0 * x[1], 2.0 * x[1] - 3.0 * x[0]];
+            jtj.copy_from_slice(&[2.0, -3.0, -3.0, 2.0]);
+            jtr.copy_from_slice(&[image[0] + 1.0, image[1] + 1.0]);
+            Ok(x[0] * image[0] + x[1] * image[1] + 2.0 * (x[0] + x[1]) - 1.0)
+        }
+    }
+
+    /// Found by the fuzz target `bilinear`: beside a negative energy a failed step passed for a good one, and what the failed
+    /// factorisation had left became the result.
+    #[test]
+    fn a_step_that_cannot_be_solved_is_not_taken() {
+        let mut x = [0.0, 0.0];
+        let mut saddle = Saddle { evaluations: 0 };
+        let limits = Limits { max_iterations: 1, ..Limits::default() };
+        let outcome = minimised_in_place(&mut saddle, &mut x, &[], &[], &limits, &mut [0.0; 64]).unwrap();
+        assert_eq!((outcome.energy, outcome.status, saddle.evaluations), (-1.0, Status::IterationLimit, 1));
+        assert_eq!(x, [0.0, 0.0]);
     }
 
     #[test]
