@@ -117,9 +117,15 @@ uint32_t context_integer(context *c, const char *key) {
     return number;
 }
 
-float context_float(context *c, const char *key) {
+float context_float_at(context *c, const char *key, size_t at) {
+    values field;
+    text word = {NULL, NULL};
     uint32_t bits = 0;
-    if (!hexadecimal_of(context_word(c, key), 8, &bits)) {
+    bool found = case_field(&c->given, key, &field) && values_next(&field, &word);
+    for (; found && at > 0; at--) {
+        found = values_next(&field, &word);
+    }
+    if (!found || !hexadecimal_of(word, 8, &bits)) {
         context_object(c, PROBLEM_TEXT);
     }
     return float_of_bits(bits);

@@ -77,9 +77,9 @@ integers context_integers(context *c, const char *key);
 /* So many zeros. */
 floats context_zeros(context *c, size_t count);
 integers context_zero_integers(context *c, size_t count);
-/* The one integer, number or word of a field. */
+/* The first integer or word of a field; number `at` of it. */
 uint32_t context_integer(context *c, const char *key);
-float context_float(context *c, const char *key);
+float context_float_at(context *c, const char *key, size_t at);
 text context_word(context *c, const char *key);
 
 /* Compares with a field, bit by bit; it has exactly so many values. */
