@@ -21,7 +21,8 @@ enum Source {
 
 /// What to build.
 pub struct Build<'b> {
-    /// The package's folder, from the project's. A member of the workspace is built with the workspace's profiles.
+    /// The package's folder, from the project's. A member of the workspace is built with the workspace's profiles, which unwind:
+    /// append `--config profile.PROFILE.panic="abort"` then.
     pub folder: &'b str,
     /// The profile of cargo.
     pub profile: &'b str,
@@ -172,4 +173,33 @@ fn linker(flavour: Flavour) -> Option<PathBuf> {
         let system = PathBuf::from(system);
         output(Command::new(&system).arg("--version")).map(|_| system)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Compiler, Kind, Source, turns_pass_off};
+    use crate::targets::Target;
+
+    #[test]
+    fn products_are_sought_where_cargo_leaves_them() {
+        let path = |target, kind, profile| {
+            let path = Compiler { target, source: Source::Rustup }.artefact(kind, profile, "habitus-golden-c");
+            path.components().rev().take(4).map(|part| part.as_os_str().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(
+            path(Target::AArch64, Kind::StaticLibrary, "release"),
+            ["libhabitus_golden_c.a", "release", "aarch64-unknown-linux-gnu", "aarch64"]
+        );
+        assert_eq!(
+            path(Target::Wasm, Kind::SharedLibrary, "dev"),
+            ["habitus_golden_c.wasm", "debug", "wasm32-unknown-unknown", "wasm"]
+        );
+        assert_eq!(path(Target::CortexM, Kind::Programs, "speed")[..2], ["habitus-golden-c", "speed"]);
+    }
+
+    #[test]
+    fn the_option_against_the_fault_is_given_once() {
+        assert!(turns_pass_off("examples/firmware"));
+        assert!(!turns_pass_off("tests/golden-c"));
+    }
 }
