@@ -14,14 +14,14 @@ static float float_memory[FLOATS];
 static uint32_t integer_memory[INTEGERS];
 
 void context_object(context *c, problem what) {
-    if (c->problem == PROBLEM_NONE) {
-        c->problem = what;
+    if (c->wrong == PROBLEM_NONE) {
+        c->wrong = what;
     }
 }
 
 void context_refused(context *c, int32_t code, uint32_t first, uint32_t second) {
-    if (c->problem == PROBLEM_NONE) {
-        c->problem = PROBLEM_REFUSED;
+    if (c->wrong == PROBLEM_NONE) {
+        c->wrong = PROBLEM_REFUSED;
         c->refusal[0] = (uint32_t)code;
         c->refusal[1] = first;
         c->refusal[2] = second;
@@ -31,7 +31,7 @@ void context_refused(context *c, int32_t code, uint32_t first, uint32_t second) 
 floats context_zeros(context *c, size_t count) {
     floats none = {NULL, 0};
     floats some;
-    if (c->problem != PROBLEM_NONE || count > FLOATS - c->floats_used) {
+    if (c->wrong != PROBLEM_NONE || count > FLOATS - c->floats_used) {
         context_object(c, PROBLEM_MEMORY);
         return none;
     }
@@ -45,7 +45,7 @@ floats context_zeros(context *c, size_t count) {
 integers context_zero_integers(context *c, size_t count) {
     integers none = {NULL, 0};
     integers some;
-    if (c->problem != PROBLEM_NONE || count > INTEGERS - c->integers_used) {
+    if (c->wrong != PROBLEM_NONE || count > INTEGERS - c->integers_used) {
         context_object(c, PROBLEM_MEMORY);
         return none;
     }
@@ -204,7 +204,7 @@ bytes context_model(context *c) {
         return none;
     }
     kept = context_count(c, "length") > 0 ? context_integer(c, "length") : length;
-    if (c->problem != PROBLEM_NONE || length > BYTES || kept > BYTES || c->shift > MOST_SHIFT) {
+    if (c->wrong != PROBLEM_NONE || length > BYTES || kept > BYTES || c->shift > MOST_SHIFT) {
         context_object(c, PROBLEM_MEMORY);
         return none;
     }
@@ -237,30 +237,30 @@ static void compare_word(context *c, values *field, bool integer, uint32_t found
 /* The values of a field from `from` on. */
 static bool field_from(context *c, const char *key, size_t from, values *field) {
     text word;
-    if (c->problem == PROBLEM_NONE && !case_field(&c->given, key, field)) {
+    if (c->wrong == PROBLEM_NONE && !case_field(&c->given, key, field)) {
         context_object(c, PROBLEM_TEXT);
     }
-    while (c->problem == PROBLEM_NONE && from > 0) {
+    while (c->wrong == PROBLEM_NONE && from > 0) {
         from--;
         if (!values_next(field, &word)) {
             context_object(c, PROBLEM_COUNT);
         }
     }
-    return c->problem == PROBLEM_NONE;
+    return c->wrong == PROBLEM_NONE;
 }
 
 void compare_part(context *c, const char *key, size_t from, const float *found, size_t count) {
     values field;
     size_t k;
     if (field_from(c, key, from, &field)) {
-        for (k = 0; k < count && c->problem == PROBLEM_NONE; k++) {
+        for (k = 0; k < count && c->wrong == PROBLEM_NONE; k++) {
             compare_word(c, &field, false, bits_of_float(found[k]));
         }
     }
 }
 
 void compare(context *c, const char *key, const float *found, size_t count) {
-    if (c->problem == PROBLEM_NONE && context_count(c, key) != count) {
+    if (c->wrong == PROBLEM_NONE && context_count(c, key) != count) {
         context_object(c, PROBLEM_COUNT);
     }
     compare_part(c, key, 0, found, count);
@@ -275,7 +275,7 @@ void compare_integer_at(context *c, const char *key, size_t at, uint32_t found) 
 
 void compare_integers(context *c, const char *key, const uint32_t *found, size_t count) {
     size_t k;
-    if (c->problem == PROBLEM_NONE && context_count(c, key) != count) {
+    if (c->wrong == PROBLEM_NONE && context_count(c, key) != count) {
         context_object(c, PROBLEM_COUNT);
     }
     for (k = 0; k < count; k++) {
@@ -287,7 +287,7 @@ void case_run(context *c) {
     bool refusal = context_count(c, "error") > 0;
     size_t k;
     c->floats_used = c->integers_used = 0;
-    c->problem = PROBLEM_NONE;
+    c->wrong = PROBLEM_NONE;
     c->numbers = c->differing_bits = 0;
     for (k = 0; k < 3; k++) {
         c->refusal[k] = 0;
@@ -295,12 +295,12 @@ void case_run(context *c) {
     /* Nothing of the last case can pass for a result. */
     memset(float_memory, 0, sizeof float_memory);
     kernel_run(c);
-    if (c->problem == PROBLEM_REFUSED && refusal) {
-        c->problem = PROBLEM_NONE;
+    if (c->wrong == PROBLEM_REFUSED && refusal) {
+        c->wrong = PROBLEM_NONE;
         compare_integers(c, "error", c->refusal, 3);
-    } else if (c->problem == PROBLEM_NONE && refusal) {
-        c->problem = PROBLEM_ACCEPTED;
-    } else if (c->problem == PROBLEM_NONE && c->numbers == 0) {
-        c->problem = PROBLEM_NOTHING;
+    } else if (c->wrong == PROBLEM_NONE && refusal) {
+        c->wrong = PROBLEM_ACCEPTED;
+    } else if (c->wrong == PROBLEM_NONE && c->numbers == 0) {
+        c->wrong = PROBLEM_NOTHING;
     }
 }

@@ -57,7 +57,7 @@ static void print_case(printer print, const char *what, const char *file, const 
     print(", shift ");
     print_number(print, (uint32_t)c->shift);
     print(": problem ");
-    print_number(print, (uint32_t)c->problem);
+    print_number(print, (uint32_t)c->wrong);
     print(", refusal ");
     print_number(print, c->refusal[0]);
     print(" ");
@@ -69,7 +69,7 @@ static void print_case(printer print, const char *what, const char *file, const 
     print("\n");
 }
 
-static bool equal(const context *c) { return c->problem == PROBLEM_NONE && c->differing_bits == 0; }
+static bool equal(const context *c) { return c->wrong == PROBLEM_NONE && c->differing_bits == 0; }
 
 /* Whether a copy of the case with the lowest bit of its last digit changed is found to be wrong. */
 static bool change_noticed(const context *original, const char *end_of_file) {
@@ -111,7 +111,7 @@ static void run_case(summary *sums, const vector_set *vectors, const vector_file
         c.models = vectors->models;
         c.shift = SHIFTS[k];
         case_run(&c);
-        if (c.problem == PROBLEM_NOT_IN_INTERFACE) {
+        if (c.wrong == PROBLEM_NOT_IN_INTERFACE) {
             sums->absent++;
             return;
         }

@@ -55,7 +55,7 @@ typedef struct context {
     size_t shift;
     size_t floats_used;
     size_t integers_used;
-    problem problem;
+    problem wrong;
     /* Code and numbers of a refusal. */
     uint32_t refusal[3];
     uint32_t numbers;

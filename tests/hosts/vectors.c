@@ -9,7 +9,7 @@ enum { BLOCK_NUMBERS = 3 * HAB_BLOCK_VERTICES, MOST_SAMPLES = 64 };
 /* Whether a call was accepted. A code that is not the detail's breaks a promise. */
 static bool accepted(context *c, hab_code code, const hab_error_detail *detail) {
     if (code == HAB_OK) {
-        return c->problem == PROBLEM_NONE;
+        return c->wrong == PROBLEM_NONE;
     }
     if (detail->code != code) {
         context_object(c, PROBLEM_PROMISE);
@@ -21,7 +21,7 @@ static bool accepted(context *c, hab_code code, const hab_error_detail *detail) 
 static bool opened(context *c, hab_model *model, hab_counts *counts) {
     hab_error_detail detail = {0, 0, 0};
     bytes file = context_model(c);
-    if (c->problem != PROBLEM_NONE || !accepted(c, hab_model_open(file.at, file.count, model, &detail), &detail)) {
+    if (c->wrong != PROBLEM_NONE || !accepted(c, hab_model_open(file.at, file.count, model, &detail), &detail)) {
         return false;
     }
     counts->struct_bytes = sizeof *counts;
@@ -210,12 +210,12 @@ static bool fit_read(context *c, fit *f) {
     read_prior(c, "pose_prior", &f->options.pose_prior, &f->options.pose_factor);
     f->workspace = context_zeros(
         c, HAB_FIT_WORKSPACE_BYTES(f->counts.identity_dim, f->counts.pose_dim, f->options.frame) / sizeof(float));
-    if (c->problem == PROBLEM_NONE &&
+    if (c->wrong == PROBLEM_NONE &&
         f->workspace.count * sizeof(float) !=
             hab_fit_workspace_bytes(f->counts.identity_dim, f->counts.pose_dim, f->options.frame)) {
         context_object(c, PROBLEM_PROMISE);
     }
-    return c->problem == PROBLEM_NONE;
+    return c->wrong == PROBLEM_NONE;
 }
 
 static void fit_compare(context *c, fit *f, hab_code code) {
@@ -311,7 +311,7 @@ static size_t compare_reals(context *c, const hab_model *model, uint32_t id, con
     hab_section section;
     floats found;
     section.struct_bytes = sizeof section;
-    if (c->problem != PROBLEM_NONE || hab_model_find_section(model, id, &section, NULL) == HAB_UNSUPPORTED) {
+    if (c->wrong != PROBLEM_NONE || hab_model_find_section(model, id, &section, NULL) == HAB_UNSUPPORTED) {
         return from;
     }
     found = context_zeros(c, section.data_bytes / sizeof(float));
