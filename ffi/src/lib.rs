@@ -22,6 +22,11 @@ mod memory;
 pub mod model;
 pub mod prepared;
 pub mod sections;
+#[cfg(target_arch = "wasm32")]
+mod wasm_layout;
+
+#[cfg(target_arch = "wasm32")]
+use {code::*, fit::*, model::*, prepared::*, sections::*};
 
 /// Number of the binary interface. It grows with every function that is added; what exists keeps its meaning.
 pub const HAB_ABI_VERSION: u32 = 1;

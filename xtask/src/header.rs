@@ -1,5 +1,6 @@
-//! `cargo xtask header`: the C header, generated from the source of the crate in ffi/.
+//! `cargo xtask header`: the C header, generated from the source of the crate in ffi/, and what is generated from the header.
 
+use crate::javascript;
 use crate::process::{Result, project};
 use habitus_ffi::code::CODES;
 
@@ -11,27 +12,36 @@ const CRATE: &str = "ffi";
 /// Options of `cargo xtask header`.
 #[derive(clap::Args)]
 pub struct Options {
-    /// Compare with the committed header instead of writing it.
+    /// Compare with the committed files instead of writing them.
     #[arg(long)]
     check: bool,
 }
 
 /// Writes or compares.
 pub fn run(options: &Options) -> Result<()> {
-    let path = project().join(PATH);
-    let made = generated()?;
-    if !options.check {
-        return std::fs::write(&path, made).map_err(|error| format!("{PATH}: {error}").into());
+    let header = generated()?;
+    let (script, assertions) = (javascript::script(&header)?, javascript::assertions(&header)?);
+    for (path, made) in [(PATH, header), (javascript::ASSERTIONS, assertions), (javascript::SCRIPT, script)] {
+        if options.check {
+            compare(path, &made)?;
+        } else {
+            std::fs::write(project().join(path), made).map_err(|error| format!("{path}: {error}"))?;
+        }
     }
-    let committed = std::fs::read_to_string(&path).map_err(|error| format!("{PATH}: {error}"))?;
+    Ok(())
+}
+
+/// Fails unless the committed file is what would be written.
+fn compare(path: &str, made: &str) -> Result<()> {
+    let committed = std::fs::read_to_string(project().join(path)).map_err(|error| format!("{path}: {error}"))?;
     match committed.lines().zip(made.lines()).position(|(a, b)| a != b) {
         None if committed == made => {
-            println!("{PATH} is what the crate in {CRATE}/ gives, {} lines", made.lines().count());
+            println!("{path} is what the crate in {CRATE}/ gives, {} lines", made.lines().count());
             Ok(())
         }
         difference => {
             let line = difference.map_or_else(|| String::from("at its end"), |line| format!("at line {}", line + 1));
-            Err(format!("{PATH} differs from the crate in {CRATE}/ {line}: run `cargo xtask header` and commit it")
+            Err(format!("{path} differs from the crate in {CRATE}/ {line}: run `cargo xtask header` and commit it")
                 .into())
         }
     }

@@ -6,12 +6,14 @@ mod budgets;
 mod call_graph;
 mod compiler;
 mod cross;
+mod declared;
 mod docs;
 mod figures;
 mod firmware;
 mod fused;
 mod golden;
 mod header;
+mod javascript;
 mod lint;
 mod nightly;
 mod no_panic;
@@ -45,7 +47,7 @@ enum Command {
     NoPanic,
     /// Builds the documentation with warnings as errors.
     Docs,
-    /// Writes include/habitus.h from the crate in ffi/; with --check, fails when the committed one differs.
+    /// Writes include/habitus.h from the crate in ffi/, and what JavaScript must know of it; with --check, fails when a committed file differs.
     Header(header::Options),
     /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
     Lint,
