@@ -71,35 +71,48 @@ static void print_case(printer print, const char *what, const char *file, const 
 
 static bool equal(const context *c) { return c->wrong == PROBLEM_NONE && c->differing_bits == 0; }
 
-/* Whether a copy of the case with the lowest bit of its last digit changed is found to be wrong. */
-static bool change_noticed(const context *original, const char *end_of_file) {
-    static char copy[CASE_BYTES];
-    static const char DIGITS[] = "0123456789abcdef";
-    const char *from = original->given.body.at;
+/* A copy of the case, up to the empty line behind it; returns its length, 0 when it does not fit. */
+static size_t copied(char *copy, size_t room, const char *from, const char *end_of_file) {
     const char *to = from;
     size_t used = 0;
-    size_t digit;
-    context c;
-    /* Up to the empty line behind the case. */
     while (to != end_of_file && !(to != from && *to == '\n' && to[-1] == '\n')) {
-        if (used == sizeof copy) {
-            return false;
+        if (used == room) {
+            return 0;
         }
         copy[used++] = *to++;
     }
     while (used > 0 && copy[used - 1] == '\n') {
         used--;
     }
-    for (digit = 0; digit < 16 && used > 0 && DIGITS[digit] != copy[used - 1]; digit++) {
+    return used;
+}
+
+/* Whether the lowest bit of the last number of the case, changed in a copy, is found as a difference and nothing else. Evaluations compare
+   a number once for each range that it lies in. */
+static bool change_noticed(const context *original, const char *end_of_file) {
+    static const char DIGITS[] = "0123456789abcdef", LOWEST_BIT[] = "00000001";
+    static char copy[CASE_BYTES];
+    size_t used = copied(copy, sizeof copy - sizeof LOWEST_BIT, original->given.body.at, end_of_file);
+    size_t digit = 0, k;
+    context c = *original;
+    while (used > 0 && digit < 16 && DIGITS[digit] != copy[used - 1]) {
+        digit++;
     }
-    if (digit == 16 || used == 0) {
+    if (used < 2 || digit == 16) {
         return false;
     }
     copy[used - 1] = DIGITS[digit ^ 1];
-    c = *original;
     c.given.body = text_of(copy, used);
     case_run(&c);
-    return !equal(&c);
+    if (c.wrong == PROBLEM_TEXT && digit == 0 && copy[used - 2] == ' ') {
+        /* The short form of a pattern of zeros, spelt out. */
+        for (k = 0; k + 1 < sizeof LOWEST_BIT; k++) {
+            copy[used - 1 + k] = LOWEST_BIT[k];
+        }
+        c.given.body = text_of(copy, used + k - 1);
+        case_run(&c);
+    }
+    return c.wrong == PROBLEM_NONE && c.differing_bits > 0;
 }
 
 static void run_case(summary *sums, const vector_set *vectors, const vector_file *file, const vector_case *given, printer print) {

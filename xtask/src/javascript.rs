@@ -31,12 +31,8 @@ fn block(header: &str) -> Result<String> {
         text += &format!("    {name}: {{\n      bytes: {bytes},\n      members: {{\n");
         for member in members {
             let array = if member.count > 1 { format!(", {}", member.count) } else { String::new() };
-            text += &format!(
-                "        {}: [{}, \"{}\"{array}],\n",
-                camel_case(&member.name),
-                member.offset,
-                member.element
-            );
+            text +=
+                &format!("        {}: [{}, \"{}\"{array}],\n", camel_case(&member.name), member.offset, member.element);
         }
         text += "      },\n    },\n";
     }

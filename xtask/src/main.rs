@@ -3,6 +3,7 @@
 
 mod archive;
 mod budgets;
+mod c_hosts;
 mod call_graph;
 mod compiler;
 mod cross;
@@ -18,8 +19,11 @@ mod lint;
 mod nightly;
 mod no_panic;
 mod process;
+mod rust_hosts;
+mod sizes;
 mod targets;
 mod test;
+mod vectors;
 mod wasm;
 
 use clap::{Parser, Subcommand};
@@ -37,11 +41,15 @@ struct Arguments {
 enum Command {
     /// Runs every test of the workspace and says how many were skipped for want of data.
     Test(test::Options),
-    /// Builds the firmware, runs it on an emulated Cortex-M4F, and compares stack and code size with the budgets.
+    /// Builds the firmware in Rust and in C, runs it on an emulated Cortex-M4F, and compares stack and code size with the budgets: a part of `vectors`.
     Firmware(firmware::Options),
-    /// Runs the golden vectors on AArch64 and on a big-endian processor, emulated.
+    /// Runs the golden vectors in every way: Rust, C, C++, JavaScript, this machine and the emulated ones; one table, and one of sizes.
+    Vectors(vectors::Options),
+    /// Weighs the shared library, the bare-metal library as linked, and the wasm module.
+    Sizes(sizes::Options),
+    /// Runs the golden vectors on AArch64 and on a big-endian processor, emulated: a part of `vectors`.
     Cross(cross::Options),
-    /// Runs the golden vectors as a wasm module in Node.js.
+    /// Runs the golden vectors as wasm modules in Node.js: a part of `vectors`.
     Wasm(wasm::Options),
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
@@ -59,6 +67,8 @@ fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Test(options) => test::run(&options),
         Command::Firmware(options) => firmware::run(&options),
+        Command::Vectors(options) => vectors::run(&options),
+        Command::Sizes(options) => sizes::run(&options),
         Command::Cross(options) => cross::run(&options),
         Command::Wasm(options) => wasm::run(&options),
         Command::NoPanic => no_panic::run(),
