@@ -23,7 +23,7 @@ static void run(void *argument) {
 }
 
 int main(void) {
-    /* A known face, turned and moved; the last landmark is missing. */
+    /* A known face, turned and moved; the first landmark is missing. */
     static const float ROTATION[9] = {0.9505806f,   -0.12733458f, -0.28316498f, 0.06803131f, 0.9752903f,
                                       -0.21019171f, 0.3029327f,   0.18054007f,  0.9357548f};
     static const float TRANSLATION[3] = {30.0f, -12.0f, 400.0f};
@@ -33,7 +33,7 @@ int main(void) {
         hab_model_read_u32(&f.model, HAB_SECTION_LANDMARKS, 0, landmarks, LANDMARKS, NULL) != HAB_OK) {
         return 1;
     }
-    for (k = 0; k + 1 < LANDMARKS; k++) {
+    for (k = 1; k < LANDMARKS; k++) {
         float at[3];
         if (hab_model_evaluate_range(&f.model, IDENTITY_SHOWN, IDENTITY, POSE_SHOWN, POSE, landmarks[k], 1, at, 3, NULL) != HAB_OK) {
             return 1;

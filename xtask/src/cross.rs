@@ -3,14 +3,13 @@
 //! The runner in Rust and the C interface are compiled without the standard library and linked with C programs, as a C host would do it. Their
 //! code is searched for fused multiply-adds, which both processors have.
 
-use crate::c_hosts::{emulated_run, refuse_fused};
+use crate::c_hosts::{PROFILE, emulated_run, refuse_fused};
 use crate::compiler::{Build, Compiler, Kind};
 use crate::golden::{self, Cases, FOLDER, Interface, LIBRARY, Run};
 use crate::process::{Result, ended, project, succeed};
 use crate::targets::Target;
 use std::time::Duration;
 
-const PROFILE: &str = "release";
 /// What a C host of ours is compiled with.
 const WARNINGS: [&str; 5] = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"];
 

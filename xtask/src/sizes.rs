@@ -30,8 +30,10 @@ pub fn run(options: &Options) -> Result<()> {
 
 /// The shared library, the bare-metal library as the programs in C contain it, and the module for browsers.
 pub fn of(firmware: &[Row]) -> Result<Vec<Size>> {
-    let mut sizes =
-        vec![(String::from("shared library, stripped (x86-64 Linux)"), file_bytes(&c_hosts::shared_library()?)?)];
+    let mut sizes = vec![(
+        format!("shared library, stripped ({})", std::env::consts::ARCH),
+        file_bytes(&c_hosts::shared_library()?)?,
+    )];
     sizes.extend(firmware::c_code(firmware).into_iter().map(|(program, bytes)| {
         (format!("bare-metal library with its caller, linked into {program}.c (Cortex-M4F, for size)"), bytes)
     }));

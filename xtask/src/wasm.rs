@@ -8,9 +8,8 @@ use crate::targets::Target;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-const PROFILE: &str = "release";
 /// The profile of the module for browsers.
-const C_PROFILE: &str = "wasm";
+const PROFILE: &str = "wasm";
 /// What runs the vectors through the JavaScript wrapper.
 const WRAPPED: &str = "examples/web/tests/golden.mjs";
 
@@ -45,7 +44,7 @@ pub fn runs() -> Result<Vec<Run>> {
 
 /// Builds the module for browsers.
 pub fn c_module() -> Result<PathBuf> {
-    module(c_hosts::CRATE, C_PROFILE, c_hosts::LIBRARY, &["--no-default-features"])
+    module(c_hosts::CRATE, PROFILE, c_hosts::LIBRARY, &["--no-default-features"])
 }
 
 fn module(folder: &str, profile: &str, library: &str, options: &[&str]) -> Result<PathBuf> {

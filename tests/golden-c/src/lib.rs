@@ -41,7 +41,8 @@ pub extern "C" fn golden_run() -> u32 {
 pub extern "C" fn golden_control() -> u32 {
     let (tried, noticed) = with_memory(|memory| {
         habitus_golden::noticed(&VECTORS, &Plain, memory, &mut [0; CASE_BYTES], &mut |file, case| {
-            report(&Line::of_text(&["a changed bit was not noticed: ", file, ": ", case]));
+            let parts = ["a changed bit was not noticed: ", file, ": ", case.kernel, " ", case.name];
+            report(&Line::of_text(&parts));
         })
     });
     report::figure("changed", tried);

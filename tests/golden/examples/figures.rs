@@ -45,7 +45,7 @@ fn figures(backend: &impl Backend) -> ExitCode {
         }
     });
     let (changed, noticed) = noticed(&VECTORS, backend, memory, &mut vec![0; CASE_BYTES], &mut |file, case| {
-        println!("a changed bit was not noticed: {file}: {case}");
+        println!("a changed bit was not noticed: {file}: {} {}", case.kernel, case.name);
     });
     for (name, value) in [
         ("cases", sums.cases),

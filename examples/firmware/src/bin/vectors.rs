@@ -29,7 +29,9 @@ fn run() {
         console::text("a changed bit was not noticed: ");
         console::text(file);
         console::text(": ");
-        console::line(case);
+        console::text(case.kernel);
+        console::text(" ");
+        console::line(case.name);
     });
     console::measure("cases", summary.cases);
     console::measure("failed", summary.failed);
