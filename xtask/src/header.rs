@@ -1,10 +1,11 @@
 //! `cargo xtask header`: the C header, generated from the source of the crate in ffi/.
 
+use crate::c_header::{Header, PATH};
+use crate::layout;
 use crate::process::{Result, project};
 use habitus_ffi::code::CODES;
+use std::path::{Path, PathBuf};
 
-/// The header, relative to the project.
-const PATH: &str = "include/habitus.h";
 /// The crate it is made from.
 const CRATE: &str = "ffi";
 
@@ -14,10 +15,16 @@ pub struct Options {
     /// Compare with the committed header instead of writing it.
     #[arg(long)]
     check: bool,
+    /// Write the entries that tests/hosts/layout.c compares to DIR/layout_entries.h instead.
+    #[arg(long, value_name = "DIR", conflicts_with = "check")]
+    layout: Option<PathBuf>,
 }
 
 /// Writes or compares.
 pub fn run(options: &Options) -> Result<()> {
+    if let Some(folder) = &options.layout {
+        return layout_entries(folder);
+    }
     let path = project().join(PATH);
     let made = generated()?;
     if !options.check {
@@ -35,6 +42,13 @@ pub fn run(options: &Options) -> Result<()> {
                 .into())
         }
     }
+}
+
+/// Writes the C side of the layout check to a folder.
+pub fn layout_entries(folder: &Path) -> Result<()> {
+    let path = folder.join("layout_entries.h");
+    let text = layout::entries(&Header::read()?);
+    std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
 /// The header's text.

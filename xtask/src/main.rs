@@ -3,6 +3,8 @@
 
 mod archive;
 mod budgets;
+mod c_header;
+mod c_library;
 mod call_graph;
 mod compiler;
 mod cross;
@@ -12,6 +14,9 @@ mod firmware;
 mod fused;
 mod golden;
 mod header;
+mod hosts;
+mod install;
+mod layout;
 mod lint;
 mod nightly;
 mod no_panic;
@@ -47,6 +52,10 @@ enum Command {
     Docs,
     /// Writes include/habitus.h from the crate in ffi/; with --check, fails when the committed one differs.
     Header(header::Options),
+    /// Builds the libraries for C and C++ and installs them with headers, CMake package and pkg-config file.
+    Install(install::Options),
+    /// Installs, then builds and runs the examples and checks for C and C++, also under sanitizers and Valgrind.
+    Hosts(hosts::Options),
     /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
     Lint,
     /// Runs what takes too long for every change.
@@ -62,6 +71,8 @@ fn main() -> ExitCode {
         Command::NoPanic => no_panic::run(),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),
+        Command::Install(options) => install::run(&options),
+        Command::Hosts(options) => hosts::run(&options),
         Command::Lint => lint::run(),
         Command::Nightly(options) => nightly::run(&options),
     };
