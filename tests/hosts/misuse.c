@@ -161,7 +161,7 @@ static void rows_of_opening(void) {
     ROW("open: other magic", in.file[0] ^= 0x20, HAB_BAD_MAGIC, open_bytes(file_len));
     ROW("open: all zero", memset(in.file, 0, file_len), HAB_BAD_MAGIC, open_bytes(file_len));
     ROW("open: a later version", in.file[8] = 0x7F, HAB_UNKNOWN_VERSION, open_bytes(file_len));
-    ROW("open: a bit of the header flipped", in.file[16] ^= 1, HAB_BAD_CHECKSUM, open_bytes(file_len));
+    ROW("open: a bit of the header flipped", in.file[60] ^= 1, HAB_BAD_CHECKSUM, open_bytes(file_len));
     ROW("open: a bit of the content flipped", in.file[file_len / 2] ^= 1, HAB_BAD_CHECKSUM, open_bytes(file_len));
     ROW("open_trusted: half the file", NOTHING, HAB_TRUNCATED,
         hab_model_open_trusted(in.file, file_len / 2, &out.model, &detail));
@@ -322,6 +322,7 @@ static void rows_of_fits(void) {
     ROW("fit_landmarks: all missing", memset(in.measured, 0, sizeof in.measured), HAB_EMPTY, fit_all());
     ROW("fit_landmarks: two measured", memset(in.measured + 2, 0, sizeof in.measured - 2), HAB_DEGENERATE, fit_all());
     ROW("fit_landmarks: all on a line", on_a_line(), HAB_DEGENERATE, fit_all());
+    ROW("fit_landmarks: all at one place", memset(in.targets, 0, sizeof in.targets), HAB_DEGENERATE, fit_all());
     ROW("fit_landmarks: a target not a number", in.targets[4] = NAN, HAB_NOT_FINITE, fit_all());
     ROW("fit_landmarks: a target infinite", in.targets[7] = -INFINITY, HAB_NOT_FINITE, fit_all());
     ROW("fit_landmarks: start not a number", out.identity[0] = NAN, HAB_NOT_FINITE, fit_all());
@@ -344,7 +345,7 @@ static void rows_of_fits(void) {
     ROW("fit_points: samples null", NOTHING, HAB_NULL_POINTER, fit_points(NULL, 4));
     ROW("fit_points: samples misaligned", NOTHING, HAB_MISALIGNED, fit_points(MOVED(hab_sample, in.samples, 2), 4));
     ROW("fit_points: a length that wraps", NOTHING, HAB_BAD_LENGTH, fit_points(in.samples, SIZE_MAX / 8));
-    ROW("fit_points: a vertex that is none", in.samples[3].vertices[1] = (uint32_t)nv, HAB_INDEX_OUT_OF_RANGE, fit_points(in.samples, N_SAMPLES));
+    ROW("fit_points: a vertex that is none", in.samples[3].vertices[0] = (uint32_t)nv, HAB_INDEX_OUT_OF_RANGE, fit_points(in.samples, N_SAMPLES));
     ROW("fit_points: a normal of length 2", in.samples[3].normal[0] = 2, HAB_BAD_SAMPLE, fit_points(in.samples, N_SAMPLES));
     ROW("fit_points: a weight not a number", in.samples[3].weight = NAN, HAB_NOT_FINITE, fit_points(in.samples, N_SAMPLES));
     ROW("fit_points: a barycentric coordinate infinite", in.samples[3].barycentric[2] = INFINITY, HAB_NOT_FINITE,

@@ -57,7 +57,9 @@ impl Header {
                 self.constants.extend(names.filter(|name| !name.is_empty()).map(str::to_owned));
             } else if head.trim_start().starts_with("typedef struct") {
                 let members = body.split(';').map(str::trim).filter(|member| !member.is_empty());
-                let members = members.map(|member| declared(member).ok_or_else(unknown)).collect::<std::result::Result<_, _>>()?;
+                let members = members
+                    .map(|member| declared(member).ok_or_else(unknown))
+                    .collect::<std::result::Result<_, _>>()?;
                 self.structs.push((tail.trim().to_owned(), members));
             } else {
                 return Err(unknown());
@@ -74,7 +76,8 @@ impl Header {
 /// The name that a declaration without arguments or initial value declares.
 fn declared(declaration: &str) -> Option<String> {
     let before_axes = declaration.split('[').next()?;
-    let name = before_axes.rsplit(|letter: char| !letter.is_alphanumeric() && letter != '_').find(|word| !word.is_empty())?;
+    let name =
+        before_axes.rsplit(|letter: char| !letter.is_alphanumeric() && letter != '_').find(|word| !word.is_empty())?;
     Some(name.to_owned())
 }
 

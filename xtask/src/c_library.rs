@@ -49,7 +49,9 @@ pub fn c_compiler() -> Command {
 pub fn built(profile: &str) -> Result<Libraries> {
     if !cfg!(all(unix, not(target_vendor = "apple"))) {
         let remedy = format!("`cargo build -p habitus-ffi --profile {profile}` makes the libraries under Rust's names");
-        return Err(format!("the libraries are put together with ELF tools, which this system does not use: {remedy}").into());
+        return Err(
+            format!("the libraries are put together with ELF tools, which this system does not use: {remedy}").into()
+        );
     }
     for (tool, package) in [("objcopy", "binutils"), ("ar", "binutils")] {
         if output(Command::new(tool).arg("--version")).is_none() {
@@ -117,11 +119,14 @@ fn inspected(path: &Path, functions: &[String], dynamic: bool) -> Result<()> {
     }
     let functions = functions.iter().map(String::as_str).collect::<BTreeSet<_>>();
     if let Some(name) = functions.symmetric_difference(&defined).next() {
-        let fault = if defined.contains(name) { "is visible, but not in the header" } else { "is in the header, but missing" };
+        let fault =
+            if defined.contains(name) { "is visible, but not in the header" } else { "is in the header, but missing" };
         return Err(failed(format!("{name} {fault}")).into());
     }
     match asked.iter().find(|name| !MEMORY_FUNCTIONS.contains(name)) {
-        Some(name) => Err(failed(format!("it asks for {name}: a function of the header reaches the standard library")).into()),
+        Some(name) => {
+            Err(failed(format!("it asks for {name}: a function of the header reaches the standard library")).into())
+        }
         None => Ok(()),
     }
 }

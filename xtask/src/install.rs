@@ -78,7 +78,9 @@ fn filled_in(name: &str) -> Result<String> {
     ];
     let text = values.iter().fold(text, |text, (name, value)| text.replace(name, value));
     match text.split('@').nth(1) {
-        Some(name) if text.matches('@').count() > 1 => Err(format!("{}: nothing is known for @{name}@", path.display()).into()),
+        Some(name) if text.matches('@').count() > 1 => {
+            Err(format!("{}: nothing is known for @{name}@", path.display()).into())
+        }
         _ => Ok(text),
     }
 }

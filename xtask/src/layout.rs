@@ -34,7 +34,11 @@ mod tests {
     #[test]
     fn each_member_has_an_offset_and_a_size() {
         let members = vec![String::from("a"), String::from("b")];
-        let header = Header { structs: vec![(String::from("s"), members)], constants: vec![String::from("N")], ..Header::default() };
+        let header = Header {
+            structs: vec![(String::from("s"), members)],
+            constants: vec![String::from("N")],
+            ..Header::default()
+        };
         let text = entries(&header);
         assert_eq!(text.lines().count(), 1 + 1 + 1 + 2 + 2 * 2);
         assert!(text.contains("{ \"N\", (uint64_t)(N) },") && text.contains("offsetof(s, b)"), "{text}");

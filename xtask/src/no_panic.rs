@@ -89,7 +89,12 @@ fn library(profile: &str, options: &[&str]) -> Result<Library> {
 }
 
 fn entries(library: &Library) -> Vec<&str> {
-    library.exported.keys().map(String::as_str).filter(|name| PREFIXES.iter().any(|prefix| name.starts_with(prefix))).collect()
+    library
+        .exported
+        .keys()
+        .map(String::as_str)
+        .filter(|name| PREFIXES.iter().any(|prefix| name.starts_with(prefix)))
+        .collect()
 }
 
 /// Fails unless the entries for C are the functions of the header.
@@ -98,7 +103,9 @@ fn declared(entries: &BTreeSet<&str>) -> Result<()> {
     let functions = header.functions.iter().map(String::as_str).collect::<BTreeSet<_>>();
     match functions.symmetric_difference(entries).next() {
         None => Ok(()),
-        Some(name) => Err(format!("{name} is in only one of {FOLDER} and the header: not every entry was checked").into()),
+        Some(name) => {
+            Err(format!("{name} is in only one of {FOLDER} and the header: not every entry was checked").into())
+        }
     }
 }
 
