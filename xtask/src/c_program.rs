@@ -1,6 +1,6 @@
 //! C and C++ programs of the project: compiled with warnings as errors, run, and refused when they fail.
 
-use crate::process::{Result, ended, output, succeed};
+use crate::process::{Result, ended, output, project, succeed};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
@@ -80,6 +80,7 @@ pub fn under_valgrind(program: &Path) -> Command {
         "--show-leak-kinds=all",
         "--errors-for-leak-kinds=all",
     ]);
+    command.arg(format!("--suppressions={}", project().join("tests/hosts/valgrind.supp").display()));
     command.arg(program);
     command
 }
