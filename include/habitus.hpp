@@ -164,14 +164,15 @@ public:
     /// The value, which must be there.
     T& operator*() & noexcept { return assert(has_value()), *value_; }
     const T& operator*() const& noexcept { return assert(has_value()), *value_; }
-    T&& operator*() && noexcept { return assert(has_value()), std::move(*value_); }
+    /// Of a temporary by value, so that `for (auto name : *model.landmark_names())` may be written.
+    T operator*() && { return assert(has_value()), std::move(*value_); }
     T* operator->() noexcept { return assert(has_value()), &*value_; }
     const T* operator->() const noexcept { return assert(has_value()), &*value_; }
 
     /// The value; where there is none, throws habitus::exception, or ends the program when exceptions are off.
     T& value() & { return has_value() ? *value_ : (detail::no_value(error_), *value_); }
     const T& value() const& { return has_value() ? *value_ : (detail::no_value(error_), *value_); }
-    T&& value() && { return std::move(has_value() ? *value_ : (detail::no_value(error_), *value_)); }
+    T value() && { return std::move(has_value() ? *value_ : (detail::no_value(error_), *value_)); }
     template <class U>
     T value_or(U&& other) && {
         return has_value() ? std::move(*value_) : static_cast<T>(std::forward<U>(other));

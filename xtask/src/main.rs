@@ -3,18 +3,25 @@
 
 mod archive;
 mod budgets;
+mod c_header;
 mod c_hosts;
+mod c_library;
+mod c_program;
 mod call_graph;
 mod compiler;
 mod cross;
 mod declared;
 mod docs;
+mod example_output;
 mod figures;
 mod firmware;
 mod fused;
 mod golden;
 mod header;
+mod hosts;
+mod install;
 mod javascript;
+mod layout;
 mod lint;
 mod nightly;
 mod no_panic;
@@ -57,6 +64,10 @@ enum Command {
     Docs,
     /// Writes include/habitus.h from the crate in ffi/, and what JavaScript must know of it; with --check, fails when a committed file differs.
     Header(header::Options),
+    /// Builds the libraries for C and C++ and installs them with headers, CMake package and pkg-config file.
+    Install(install::Options),
+    /// Installs, then builds and runs the examples and checks for C and C++, also under sanitizers and Valgrind.
+    Hosts(hosts::Options),
     /// Checks formatting and lints with warnings as errors, the packages outside the workspace included.
     Lint,
     /// Runs what takes too long for every change.
@@ -74,6 +85,8 @@ fn main() -> ExitCode {
         Command::NoPanic => no_panic::run(),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),
+        Command::Install(options) => install::run(&options),
+        Command::Hosts(options) => hosts::run(&options),
         Command::Lint => lint::run(),
         Command::Nightly(options) => nightly::run(&options),
     };
