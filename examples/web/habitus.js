@@ -390,8 +390,10 @@
     return value;
   }
 
+  const owns = (object, key) => Object.prototype.hasOwnProperty.call(object, key);
+
   function modeNumber(mode) {
-    if (!Object.hasOwn(MODES, mode)) throw new TypeError(`the mode is "identity" or "pose", not ${String(mode)}`);
+    if (!owns(MODES, mode)) throw new TypeError(`the mode is "identity" or "pose", not ${String(mode)}`);
     return MODES[mode];
   }
 
@@ -894,7 +896,7 @@
     const prefixes = { frame: "HAB_FRAME_", identityPrior: "HAB_PRIOR_", posePrior: "HAB_PRIOR_" };
     const numbers = {};
     for (const [key, value] of Object.entries(options)) {
-      const known = Object.hasOwn(STRUCTS.hab_fit_options.members, key) && key !== "structBytes";
+      const known = owns(STRUCTS.hab_fit_options.members, key) && key !== "structBytes";
       if (!known) throw new TypeError(`there is no fit option ${key}`);
       if (value === undefined) continue;
       if (key in prefixes) numbers[key] = CONSTANTS[prefixes[key] + String(value).toUpperCase()] ?? 0xffffffff;
@@ -907,6 +909,13 @@
     for (const type of [Model, Prepared]) {
       Object.defineProperty(type.prototype, Symbol.dispose, { value: type.prototype.close, configurable: true, writable: true });
     }
+  }
+
+  /** Whether vectors of 128 bits are there: then habitus-simd.wasm gives the same bits in a quarter of the time. */
+  function hasSimd() {
+    // A module of one function: i32.const 0, i8x16.splat, drop.
+    const bytes = [0, 97, 115, 109, 1, 0, 0, 0, 1, 4, 1, 96, 0, 0, 3, 2, 1, 0, 10, 9, 1, 7, 0, 65, 0, 253, 15, 26, 11];
+    return typeof WebAssembly === "object" && WebAssembly.validate(new Uint8Array(bytes));
   }
 
   /**
@@ -929,5 +938,5 @@
     return new Kernel(exports);
   }
 
-  return Object.freeze({ load, HabitusError, Kernel, Model, Prepared, CONSTANTS });
+  return Object.freeze({ load, hasSimd, HabitusError, Kernel, Model, Prepared, CONSTANTS });
 });

@@ -5,7 +5,7 @@
 
 #include "runner.h"
 
-static void print(const char *text) { fputs(text, stdout); }
+static void print(const char *piece) { fputs(piece, stdout); }
 
 /* A file as a whole; the program ends where there is none. */
 static text file_text(const char *folder, const char *name) {

@@ -14,7 +14,7 @@ typedef struct summary {
 } summary;
 
 /* Prints, with a zero at the end of each piece. */
-typedef void (*printer)(const char *text);
+typedef void (*printer)(const char *piece);
 
 static void print_text(printer print, text some) {
     char piece[32];

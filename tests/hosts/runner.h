@@ -106,7 +106,7 @@ typedef struct vector_set {
 
 /* Runs every case at several alignments of the model's bytes, then each with one bit of its last number changed. Prints the failing
    ones, then figures as lines `@name value`. True when every bit is as it should be and every changed bit was noticed. */
-bool runner_run(const vector_set *vectors, void (*print)(const char *text));
+bool runner_run(const vector_set *vectors, void (*print)(const char *piece));
 
 #ifdef __cplusplus
 }

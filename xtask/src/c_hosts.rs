@@ -1,12 +1,15 @@
 //! The golden vectors through the C and the C++ interface: the runners of tests/hosts, on this machine and on others.
 
+use crate::c_library::{self, Libraries};
+use crate::c_program::{Language, WARNINGS};
 use crate::compiler::{Build, Compiler, Kind};
 use crate::fused::fused_multiply_adds_of_archive;
 use crate::golden::{Interface, Run, VECTORS};
+use crate::install::installed;
 use crate::no_panic::MEMORY_FUNCTIONS;
-use crate::process::{Result, cargo, ended, output, project, succeed, target_dir};
+use crate::process::{Result, ended, output, project, succeed, target_dir};
 use crate::targets::{Target, number};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
@@ -19,44 +22,26 @@ pub const PROFILE: &str = "library";
 const SOURCES: &str = "tests/hosts";
 /// What both runners share.
 const COMMON: [&str; 4] = ["text.c", "case.c", "runner.c", "main.c"];
-const WARNINGS: [&str; 5] = ["-Wall", "-Wextra", "-Werror", "-pedantic", "-O2"];
 
-/// The folder of this machine's libraries.
-fn libraries() -> PathBuf {
-    target_dir("").join(PROFILE)
-}
-
-/// Builds the libraries for this machine; returns the shared one.
-pub fn shared_library() -> Result<PathBuf> {
-    succeed(&mut cargo(&[
-        "rustc",
-        "--package",
-        LIBRARY,
-        "--lib",
-        "--crate-type",
-        "cdylib,staticlib",
-        "--profile",
-        PROFILE,
-    ]))?;
-    Ok(libraries().join("libhabitus_ffi.so"))
-}
-
-/// C with the static and with the shared library, and C++.
-pub fn native_runs() -> Result<Vec<Run>> {
-    let shared = shared_library()?;
-    let library = libraries().join("libhabitus_ffi.a");
-    let search = format!("-Wl,-rpath,{}", libraries().display());
+/// C with the static and with the shared library, and C++, from a folder that the libraries are installed to.
+pub fn native_runs(libraries: &Libraries) -> Result<Vec<Run>> {
+    let prefix = target_dir(c_library::TARGET).join("vectors");
+    installed(libraries, &prefix)?;
+    let (folder, library) = (prefix.join("lib"), prefix.join("lib/libhabitus.a"));
+    let shared = folder.join(Libraries::LINK_NAME);
+    let search = format!("-Wl,-rpath,{}", folder.display());
     let ways = [
-        ("C, static library", Language::C, &library, "-lm"),
-        ("C, shared library", Language::C, &shared, search.as_str()),
-        ("C++", Language::Cpp, &library, "-lm"),
+        ("C, static library", Language::C99, &library, "-lm", "static-c"),
+        ("C, shared library", Language::C99, &shared, search.as_str(), "shared-c"),
+        ("C++", Language::Cpp17, &library, "-lm", "static-cpp"),
     ];
     ways.into_iter()
-        .map(|(way, language, library, option)| {
-            let program = libraries().join(format!("vectors-{}", way.replace([' ', ','], "")));
-            build(&|| Ok(Command::new("cc")), language, library, &[option], &program)?;
+        .map(|(way, language, library, option, name)| {
+            let program = prefix.join(name);
+            build(&|| Ok(Language::C99.compiler()), language, library, &[option], &program)?;
             let ended = ended(Command::new(&program).arg(project().join(VECTORS)), Duration::from_secs(120))?;
-            Ok(Run::new(way, Interface::C, version(language.compiler()), String::new(), &ended))
+            let compiler = version(&language.compiler());
+            Ok(Run::new(way, Interface::C, compiler, String::new(), &ended))
         })
         .collect()
 }
@@ -70,12 +55,16 @@ pub fn emulated_run(target: Target) -> Result<Run> {
     let library = compiler.artefact(kind, PROFILE, LIBRARY);
     refuse_fused(&library, LIBRARY, |_| false)?;
     let program = library.with_file_name("vectors-c");
-    build(&|| target.c_compiler(), Language::C, &library, &["-static"], &program)?;
+    let c = || {
+        let mut command = target.c_compiler()?;
+        command.arg("-std=c99");
+        Ok(command)
+    };
+    build(&c, Language::C99, &library, &["-static"], &program)?;
     let vectors = project().join(VECTORS);
     let ended = ended(target.emulator()?.arg(&program).arg(vectors), Duration::from_secs(300))?;
-    let c = target.c_compiler()?.get_program().to_string_lossy().into_owned();
     let way = format!("C, {}", target.title());
-    Ok(Run::new(&way, Interface::C, version(&c), target.emulator_version()?, &ended))
+    Ok(Run::new(&way, Interface::C, version(&target.c_compiler()?), target.emulator_version()?, &ended))
 }
 
 /// Fails when the library's own objects contain a fused multiply-add. They may refer to functions of C that calculate nothing, and to what
@@ -90,21 +79,6 @@ pub fn refuse_fused(path: &Path, library: &str, own: fn(&str) -> bool) -> Result
     }
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Language {
-    C,
-    Cpp,
-}
-
-impl Language {
-    fn compiler(self) -> &'static str {
-        match self {
-            Language::C => "cc",
-            Language::Cpp => "c++",
-        }
-    }
-}
-
 /// Compiles the runner and links it.
 fn build(
     c: &dyn Fn() -> Result<Command>,
@@ -115,37 +89,33 @@ fn build(
 ) -> Result<()> {
     let (sources, include) = (project().join(SOURCES), project().join("include"));
     // Neither compiler may fuse what a program calculates for itself.
-    let compiled = |mut command: Command, standard: &str| {
-        command.arg(format!("-std={standard}")).args(WARNINGS).arg("-ffp-contract=off").arg("-I").arg(&include);
+    let compiled = |mut command: Command| {
+        command.args(WARNINGS).args(["-O2", "-ffp-contract=off"]).arg("-I").arg(&include);
         command
     };
-    let link = if language == Language::C {
-        let mut command = compiled(c()?, "c99");
-        command.args(COMMON.map(|name| sources.join(name))).arg(sources.join("vectors.c"));
-        command
-    } else {
-        let mut command = compiled(Command::new(language.compiler()), "c++17");
-        command.arg(sources.join("vectors.cpp"));
-        for name in COMMON {
-            let object = program.with_file_name(format!("vectors-{name}.o"));
-            succeed(compiled(c()?, "c99").arg("-c").arg(sources.join(name)).arg("-o").arg(&object))?;
-            command.arg(object);
-        }
-        command
+    let mut objects = Vec::new();
+    for name in COMMON {
+        let object = program.with_extension(format!("{name}.o"));
+        succeed(compiled(c()?).arg("-c").arg(sources.join(name)).arg("-o").arg(&object))?;
+        objects.push(object);
+    }
+    let (mut link, source) = match language {
+        Language::C99 => (compiled(c()?), "vectors.c"),
+        Language::Cpp17 | Language::Cpp20 => (compiled(language.compiler()), "vectors.cpp"),
     };
-    let mut link = link;
-    succeed(link.arg(library).args(options).arg("-o").arg(program))
+    succeed(link.arg(sources.join(source)).args(objects).arg(library).args(options).arg("-o").arg(program))
 }
 
 /// Name and version of a compiler for C or C++.
-fn version(compiler: &str) -> String {
-    let text = output(Command::new(compiler).arg("--version")).unwrap_or_default();
-    let name =
-        if text.contains("clang") { "clang" } else { compiler.trim_start_matches("cc").trim_start_matches("c++") };
-    let name = match (name, compiler) {
-        ("", "c++") => "g++",
-        ("", _) => "gcc",
-        (name, _) => name,
+fn version(compiler: &Command) -> String {
+    let program = compiler.get_program();
+    let text = output(Command::new(program).arg("--version")).unwrap_or_default();
+    let name = Path::new(program).file_name().unwrap_or(program).to_string_lossy();
+    let name = match &*name {
+        _ if text.contains("clang") => "clang",
+        "cc" => "gcc",
+        "c++" => "g++",
+        name => name,
     };
     format!("{name} {}", number(text.lines().next().unwrap_or_default()))
 }

@@ -56,8 +56,10 @@ enum Command {
     Sizes(sizes::Options),
     /// Runs the golden vectors on AArch64 and on a big-endian processor, emulated: a part of `vectors`.
     Cross(cross::Options),
-    /// Runs the golden vectors as wasm modules in Node.js: a part of `vectors`.
+    /// Builds the module for browsers, runs its golden vectors and tests in Node.js, and assembles the page in target/web: a part of `vectors`.
     Wasm(wasm::Options),
+    /// Drives the assembled page in a headless Chromium.
+    Web,
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
     /// Builds the documentation with warnings as errors.
@@ -82,6 +84,7 @@ fn main() -> ExitCode {
         Command::Sizes(options) => sizes::run(&options),
         Command::Cross(options) => cross::run(&options),
         Command::Wasm(options) => wasm::run(&options),
+        Command::Web => wasm::web(),
         Command::NoPanic => no_panic::run(),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),

@@ -1,5 +1,6 @@
 //! `cargo xtask sizes`: what the libraries weigh, as a program gets them.
 
+use crate::c_library::{self, Libraries};
 use crate::firmware::{self, Row};
 use crate::process::Result;
 use crate::{c_hosts, wasm};
@@ -19,7 +20,8 @@ pub type Size = (String, u64);
 
 /// Builds and weighs.
 pub fn run(options: &Options) -> Result<()> {
-    let sizes = of(&firmware::rows(Some("c"))?)?;
+    let mut sizes = of(&c_library::built(c_hosts::PROFILE)?, &firmware::rows(Some("c"))?)?;
+    sizes.extend(wasm::made()?.sizes);
     if options.json {
         println!("{:#}", json_of(&sizes));
     } else {
@@ -28,16 +30,13 @@ pub fn run(options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// The shared library, the bare-metal library as the programs in C contain it, and the module for browsers.
-pub fn of(firmware: &[Row]) -> Result<Vec<Size>> {
-    let mut sizes = vec![(
-        format!("shared library, stripped ({})", std::env::consts::ARCH),
-        file_bytes(&c_hosts::shared_library()?)?,
-    )];
+/// The shared library, and the bare-metal library as the programs in C contain it.
+pub fn of(libraries: &Libraries, firmware: &[Row]) -> Result<Vec<Size>> {
+    let shared = file_bytes(&libraries.shared_library)?;
+    let mut sizes = vec![(format!("shared library, stripped ({})", std::env::consts::ARCH), shared)];
     sizes.extend(firmware::c_code(firmware).into_iter().map(|(program, bytes)| {
-        (format!("bare-metal library with its caller, linked into {program}.c (Cortex-M4F, for size)"), bytes)
+        (format!("bare-metal library and caller in {program}.c (Cortex-M4F, for size)"), bytes)
     }));
-    sizes.push((String::from("wasm module"), file_bytes(&wasm::c_module()?)?));
     Ok(sizes)
 }
 

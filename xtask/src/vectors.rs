@@ -5,7 +5,7 @@
 
 use crate::golden::{self, Cases};
 use crate::process::Result;
-use crate::{c_hosts, cross, firmware, rust_hosts, sizes, wasm};
+use crate::{c_hosts, c_library, cross, firmware, rust_hosts, sizes, wasm};
 use serde_json::json;
 use std::time::Instant;
 
@@ -25,13 +25,17 @@ pub fn run(options: &Options) -> Result<()> {
     wasm::ready()?;
     let known = Cases::read()?;
     let mut runs = timed("Rust on this machine", rust_hosts::runs)?;
-    runs.extend(timed("C and C++ on this machine", c_hosts::native_runs)?);
-    runs.extend(timed("wasm", wasm::runs)?);
+    let libraries = timed("library for C and C++", || c_library::built(c_hosts::PROFILE))?;
+    runs.extend(timed("C and C++ on this machine", || c_hosts::native_runs(&libraries))?);
+    let wasm = timed("wasm", wasm::made)?;
+    runs.extend(wasm.runs);
     let rows = timed("Cortex-M4F", || firmware::rows(None))?;
     runs.extend(firmware::golden_runs(&rows)?);
     let (emulated, mut objections) = timed("AArch64 and s390x", cross::runs)?;
     runs.extend(emulated);
-    let sizes = sizes::of(&rows)?;
+    objections.extend(wasm.objections);
+    let mut sizes = sizes::of(&libraries, &rows)?;
+    sizes.extend(wasm.sizes);
     if options.json {
         println!("{:#}", json!({ "runs": golden::json_of(&runs, &known), "sizes": sizes::json_of(&sizes) }));
     } else {
