@@ -29,9 +29,15 @@ pub fn run(options: &Options) -> Result<()> {
     runs.extend(timed("C and C++ on this machine", || c_hosts::native_runs(&libraries))?);
     let wasm = timed("wasm", wasm::made)?;
     runs.extend(wasm.runs);
-    let rows = timed("Cortex-M4F", || firmware::rows(None))?;
+    // One build after the other leaves cores idle.
+    let (rows, emulated) = std::thread::scope(|scope| {
+        let emulated = scope.spawn(|| timed("AArch64 and s390x", cross::runs));
+        let rows = timed("Cortex-M4F", || firmware::rows(None));
+        (rows, emulated.join().unwrap_or_else(|_| Err(String::from("a run panicked").into())))
+    });
+    let rows = rows?;
     runs.extend(firmware::golden_runs(&rows)?);
-    let (emulated, mut objections) = timed("AArch64 and s390x", cross::runs)?;
+    let (emulated, mut objections) = emulated?;
     runs.extend(emulated);
     objections.extend(wasm.objections);
     let mut sizes = sizes::of(&libraries, &rows)?;
