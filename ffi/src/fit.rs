@@ -215,7 +215,7 @@ pub unsafe extern "C" fn hab_fit_landmarks(
         let (targets, measured) = unsafe { (targets.slice(), measured.slice()) };
         let landmarks = Landmarks::new(generator.model, targets, measured)?;
         // SAFETY: the caller's promise.
-        unsafe { fitted(&generator, &options, &landmarks, &memory) }
+        unsafe { fitted(&generator, &options, &Measurements::Landmarks(landmarks), &memory) }
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 16, body) }
@@ -259,7 +259,7 @@ pub unsafe extern "C" fn hab_fit_points(
             report: optional(arguments, 13, report)?,
         };
         // SAFETY: the caller's promise.
-        unsafe { fitted(&generator, &options, &Points(samples.slice()), &memory) }
+        unsafe { fitted(&generator, &options, &Measurements::Points(samples.slice()), &memory) }
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 14, body) }
@@ -356,27 +356,27 @@ fn frame_of(number: u32) -> Result<Frame, Refusal> {
 ///
 /// # Safety
 /// The memory can be read and written as far as it says.
-unsafe fn fitted<S: Samples>(
+unsafe fn fitted(
     shape: &Shape<'_>,
     options: &hab_fit_options,
-    samples: &S,
+    samples: &Measurements<'_>,
     memory: &FitMemory,
 ) -> Result<(), Refusal> {
     match shape.prepared {
         // SAFETY: the caller's promise.
         Some(form) => unsafe { fitted_to(form, shape.model, options, samples, memory) },
         // SAFETY: the caller's promise.
-        None => unsafe { fitted_to::<Bilinear<'_>, S>(&shape.model.generator, shape.model, options, samples, memory) },
+        None => unsafe { fitted_to::<Bilinear<'_>>(&shape.model.generator, shape.model, options, samples, memory) },
     }
 }
 
 /// # Safety
 /// As [`fitted`].
-unsafe fn fitted_to<G: Generator, S: Samples>(
+unsafe fn fitted_to<G: Generator>(
     generator: &G,
     model: &Opened,
     options: &hab_fit_options,
-    samples: &S,
+    samples: &Measurements<'_>,
     memory: &FitMemory,
 ) -> Result<(), Refusal> {
     let core_options = FitOptions {
@@ -480,34 +480,36 @@ impl<'a> Landmarks<'a> {
     }
 }
 
-impl Samples for Landmarks<'_> {
-    fn len(&self) -> usize {
-        self.targets.len()
-    }
-
-    #[inline(always)]
-    fn get(&self, index: usize) -> Option<Sample> {
-        if self.measured.get(index) == Some(&0) {
-            return None;
-        }
-        let point = SurfacePoint::vertex(self.vertices.get(index)?);
-        Some(Sample { point, target: *self.targets.get(index)?, normal: None, weight: 1.0 })
-    }
+/// What was measured. One type for both entries: the solver is compiled for every vector width and generator, 40 KB each.
+enum Measurements<'a> {
+    Landmarks(Landmarks<'a>),
+    Points(&'a [hab_sample]),
 }
 
-/// C's samples.
-struct Points<'a>(&'a [hab_sample]);
-
-impl Samples for Points<'_> {
+impl Samples for Measurements<'_> {
     fn len(&self) -> usize {
-        self.0.len()
+        match self {
+            Measurements::Landmarks(landmarks) => landmarks.targets.len(),
+            Measurements::Points(points) => points.len(),
+        }
     }
 
     #[inline(always)]
     fn get(&self, index: usize) -> Option<Sample> {
-        let sample = self.0.get(index)?;
-        let point = SurfacePoint { vertices: sample.vertices, barycentric: sample.barycentric };
-        let normal = (sample.normal != [0.0; 3]).then_some(sample.normal);
-        Some(Sample { point, target: sample.target, normal, weight: sample.weight })
+        match self {
+            Measurements::Landmarks(landmarks) => {
+                if landmarks.measured.get(index) == Some(&0) {
+                    return None;
+                }
+                let point = SurfacePoint::vertex(landmarks.vertices.get(index)?);
+                Some(Sample { point, target: *landmarks.targets.get(index)?, normal: None, weight: 1.0 })
+            }
+            Measurements::Points(points) => {
+                let sample = points.get(index)?;
+                let point = SurfacePoint { vertices: sample.vertices, barycentric: sample.barycentric };
+                let normal = (sample.normal != [0.0; 3]).then_some(sample.normal);
+                Some(Sample { point, target: sample.target, normal, weight: sample.weight })
+            }
+        }
     }
 }

@@ -18,6 +18,8 @@
 pub mod code;
 pub mod evaluate;
 pub mod fit;
+#[cfg(feature = "layout")]
+pub mod layout;
 mod memory;
 pub mod model;
 pub mod prepared;
@@ -38,7 +40,7 @@ pub extern "C" fn hab_abi_version() -> u32 {
 }
 
 /// What a bare-metal or browser build does on a panic, which no entry can reach: `cargo xtask no-panic` proves it.
-#[cfg(all(not(feature = "std"), not(test)))]
+#[cfg(all(not(feature = "std"), not(feature = "foreign-panic-handler"), not(test)))]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
     loop {

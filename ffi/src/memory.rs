@@ -4,8 +4,8 @@ use core::marker::PhantomData;
 
 use crate::code::{Refusal, hab_code, hab_error_detail};
 
-/// Most arguments of a function that point to memory.
-const MOST: usize = 12;
+/// Most memory that a call has to do with: a fit with all its arguments, the bytes of the model, and the workspace of the prepared form.
+const MOST: usize = 13;
 
 /// Bytes that an argument points to.
 #[derive(Clone, Copy)]

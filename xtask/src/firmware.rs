@@ -1,24 +1,34 @@
-//! `cargo xtask firmware`: the programs of examples/firmware on an emulated Cortex-M4F, measured.
+//! `cargo xtask firmware`: the programs of examples/firmware and examples/firmware-c on an emulated Cortex-M4F, measured.
 //!
 //! Linking proves that no panic path and no allocation is left. Stack is the high-water mark of painted memory,
 //! code what a program has more than the empty one.
 
 use crate::budgets::Budgets;
+use crate::c_hosts;
 use crate::compiler::{Build, Compiler, Kind};
 use crate::figures::{Figures, printed_figures, printed_text};
 use crate::fused::fused_multiply_adds;
-use crate::process::{Result, ended, project, succeed};
-use crate::targets::Target;
-use object::{Object, ObjectSection};
+use crate::golden::{Interface, Run};
+use crate::process::{Ended, Result, ended, output, project, succeed, target_dir};
+use crate::targets::{Target, number};
+use object::{Object, ObjectSection, ObjectSymbol};
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 const FOLDER: &str = "examples/firmware";
 /// The program whose code the others' is counted from.
 const EMPTY: &str = "empty";
-/// Optimised for size, and for speed.
-const PROFILES: [&str; 2] = ["release", "speed"];
+/// The program that runs the golden vectors.
+const GOLDEN: &str = "vectors";
+/// The same programs in C.
+const C_FOLDER: &str = "examples/firmware-c";
+/// The profile of the library that they link.
+const C_PROFILE: &str = "small";
+const C: &str = "c";
+/// In Rust optimised for size and for speed, and in C for size.
+const PROFILES: [&str; 3] = ["release", "speed", C];
 
 /// Options of `cargo xtask firmware`.
 #[derive(clap::Args)]
@@ -26,67 +36,136 @@ pub struct Options {
     /// Print the figures as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
-    /// Only this build profile: release (for size) or speed.
+    /// Only this build profile: release (for size), speed, or c (the programs in C).
     #[arg(long, value_parser = PROFILES)]
     profile: Option<String>,
 }
 
 /// One program as built with one profile.
-struct Row {
+pub struct Row {
     profile: &'static str,
     program: String,
-    /// What it printed, figures apart.
-    text: String,
+    /// What it printed.
+    printed: String,
     figures: Figures,
 }
 
 /// Builds, runs, measures, compares.
 pub fn run(options: &Options) -> Result<()> {
-    let compiler = Compiler::installed(Target::CortexM)?;
-    Target::CortexM.emulator()?;
-    let budgets = Budgets::read()?;
-    let mut rows = Vec::new();
-    for profile in PROFILES.into_iter().filter(|&name| options.profile.as_deref().is_none_or(|only| only == name)) {
-        let build = Build { folder: FOLDER, profile, features: "link-proof", kind: Kind::Programs };
-        succeed(&mut compiler.build(&build))?;
-        let base = code_bytes(&compiler.artefact(Kind::Programs, profile, EMPTY))?;
-        for program in programs()? {
-            let path = compiler.artefact(Kind::Programs, profile, &program);
-            let code = code_bytes(&path)?.saturating_sub(base);
-            let text = printed(&path)?;
-            let mut figures = printed_figures(&text);
-            figures.insert(String::from("code"), code);
-            let text: String = printed_text(&text).map(|line| format!("  {line}\n")).collect();
-            if !options.json {
-                println!("{program} ({profile})\n{text}");
-            }
-            rows.push(Row { profile, program, text, figures });
-        }
-    }
+    ready()?;
+    let rows = rows(options.profile.as_deref())?;
     if options.json {
         println!("{}", json(&rows));
     } else {
+        for row in &rows {
+            println!("{} ({})", row.program, row.profile);
+            printed_text(&row.printed).for_each(|line| println!("  {line}"));
+        }
         println!("\n{}", table(&rows));
     }
-    if let Some(program) = differing(&rows) {
-        return Err(format!(
-            "{program} prints something else when it is optimised otherwise: a kernel or the compiler is at fault"
-        )
-        .into());
-    }
-    let exceeded: Vec<String> =
-        rows.iter().flat_map(|row| budgets.exceeded(row.profile, &row.program, &row.figures)).collect();
-    if exceeded.is_empty() {
-        return Ok(());
-    }
-    Err(format!("{}\nmake it smaller, or change the budget and give the reason in the commit", exceeded.join("\n"))
-        .into())
+    let objections = objections(&rows)?;
+    if objections.is_empty() { Ok(()) } else { Err(objections.join("\n").into()) }
 }
 
-/// A program whose results depend on how it was optimised.
-fn differing(rows: &[Row]) -> Option<&str> {
-    let differs = |row: &&Row| rows.iter().any(|other| other.program == row.program && other.text != row.text);
-    rows.iter().find(differs).map(|row| row.program.as_str())
+/// Fails when a tool is missing, before the first build.
+pub fn ready() -> Result<()> {
+    Compiler::installed(Target::CortexM)?;
+    Target::CortexM.c_compiler()?;
+    Target::CortexM.emulator()?;
+    Ok(())
+}
+
+/// Every program, those in C included, as built with each profile or only one.
+pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
+    let compiler = Compiler::installed(Target::CortexM)?;
+    let mut rows = Vec::new();
+    for profile in PROFILES.into_iter().filter(|&name| only.is_none_or(|only| only == name)) {
+        let programs = programs()?;
+        let path = if profile == C {
+            built_c_programs(&compiler)?
+        } else {
+            let build = Build { folder: FOLDER, profile, features: "link-proof", kind: Kind::Programs };
+            succeed(&mut compiler.build(&build))?;
+            compiler.artefact(Kind::Programs, profile, EMPTY).with_file_name("")
+        };
+        let base = code_bytes(&path.join(EMPTY))?;
+        for program in programs {
+            let path = path.join(&program);
+            let code = code_bytes(&path)?.saturating_sub(base);
+            let printed = printed(&path)?;
+            let mut figures = printed_figures(&printed);
+            figures.insert(String::from("code"), code);
+            rows.push(Row { profile, program, printed, figures });
+        }
+    }
+    Ok(rows)
+}
+
+/// What is not as it should be: results that depend on compiler or language, and budgets that are exceeded.
+pub fn objections(rows: &[Row]) -> Result<Vec<String>> {
+    let budgets = Budgets::read()?;
+    let differing = rows.iter().filter(|row| differs(row, rows)).map(|row| {
+        let Row { program, profile, .. } = row;
+        format!("{program} ({profile}) prints something else when it is built otherwise: a kernel or the compiler is at fault")
+    });
+    let mut found: Vec<String> = differing.collect();
+    let before = found.len();
+    found.extend(rows.iter().flat_map(|row| budgets.exceeded(row.profile, &row.program, &row.figures)));
+    if found.len() > before {
+        found.push(String::from("make it smaller, or change the budget and give the reason in the commit"));
+    }
+    Ok(found)
+}
+
+/// The programs that run the golden vectors: way, compiler, what they printed.
+pub fn golden_runs(rows: &[Row]) -> Result<Vec<Run>> {
+    let compiler = Compiler::installed(Target::CortexM)?.version();
+    let emulator = Target::CortexM.emulator_version()?;
+    let gcc = output(Target::CortexM.c_compiler()?.arg("--version")).unwrap_or_default();
+    let gcc = format!("arm-none-eabi-gcc {}", number(gcc.lines().next().unwrap_or_default()));
+    let of = |row: &Row| {
+        let ended = Ended { text: row.printed.clone(), failure: None };
+        let (way, interface, compiler) = match row.profile {
+            C => (format!("C, {}", Target::CortexM.title()), Interface::C, &gcc),
+            profile => (format!("Rust, {} ({profile})", Target::CortexM.title()), Interface::Rust, &compiler),
+        };
+        Run::new(&way, interface, compiler.clone(), emulator.clone(), &ended)
+    };
+    Ok(rows.iter().filter(|row| row.program == GOLDEN).map(of).collect())
+}
+
+/// Bytes of code that the C interface adds to a program, by program.
+pub fn c_code(rows: &[Row]) -> Vec<(&str, u64)> {
+    let rows = rows.iter().filter(|row| row.profile == C && ![EMPTY, GOLDEN].contains(&row.program.as_str()));
+    rows.filter_map(|row| Some((row.program.as_str(), *row.figures.get("code")?))).collect()
+}
+
+/// Builds the bare-metal library and the programs in C with their own Makefile; returns their folder.
+fn built_c_programs(compiler: &Compiler) -> Result<PathBuf> {
+    let kind = Kind::StaticLibrary;
+    let build = Build { folder: c_hosts::CRATE, profile: C_PROFILE, features: "", kind };
+    succeed(compiler.build(&build).arg("--no-default-features"))?;
+    let library = compiler.artefact(kind, C_PROFILE, c_hosts::LIBRARY);
+    let folder = target_dir(Target::CortexM.folder()).join("c");
+    let setting = |name: &str, path: &Path| format!("{name}={}", path.display());
+    let settings = [setting("HABITUS", &library), setting("BUILD", &folder)];
+    // The objects depend on options and paths that make does not compare.
+    let make = || {
+        let mut command = Command::new("make");
+        command.arg("--silent").arg("-C").arg(project().join(C_FOLDER)).args(&settings);
+        command
+    };
+    succeed(make().arg("clean"))?;
+    succeed(make().arg("all"))?;
+    Ok(folder)
+}
+
+/// Whether the same program, built otherwise, prints something else. What the empty one and the vectors say depends on the language.
+fn differs(row: &Row, rows: &[Row]) -> bool {
+    let text = |row: &Row| printed_text(&row.printed).map(str::to_owned).collect::<Vec<_>>();
+    let comparable =
+        |other: &Row| (other.profile == C) == (row.profile == C) || ![EMPTY, GOLDEN].contains(&row.program.as_str());
+    rows.iter().any(|other| other.program == row.program && comparable(other) && text(other) != text(row))
 }
 
 /// The programs in src/bin, in the order of their names.
@@ -96,10 +175,14 @@ fn programs() -> Result<BTreeSet<String>> {
     Ok(entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned())).collect())
 }
 
-/// Bytes of code and constants of a linked program, after checking that it holds no fused multiply-add.
+/// Bytes of code and constants of a linked program, after checking that it holds no panic path and no fused multiply-add.
 fn code_bytes(path: &Path) -> Result<u64> {
     let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let file = object::File::parse(bytes.as_slice()).map_err(|error| format!("{}: {error}", path.display()))?;
+    let reached = file.symbols().filter_map(|symbol| symbol.name().ok()).find(|name| name.contains("panic"));
+    if let Some(name) = reached {
+        return Err(format!("{}: it contains {name}, so a panic can be reached", path.display()).into());
+    }
     let fused = fused_multiply_adds(&file).map_err(|error| format!("{}: {error}", path.display()))?;
     if let Some(address) = fused.first() {
         let count = fused.len();
@@ -124,7 +207,7 @@ fn printed(program: &Path) -> Result<String> {
 }
 
 /// The figures as Markdown.
-fn table(rows: &[Row]) -> String {
+pub fn table(rows: &[Row]) -> String {
     let names: BTreeSet<&String> = rows.iter().flat_map(|row| row.figures.keys()).collect();
     let mut text = String::from("| program | profile |");
     names.iter().for_each(|name| text += &format!(" {name} |"));

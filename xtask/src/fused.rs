@@ -50,7 +50,11 @@ pub fn fused_multiply_adds(file: &object::File<'_>) -> Result<Vec<u64>, String> 
 ///
 /// # Errors
 /// When there is no such object, or one refers to code that is not searched.
-pub fn fused_multiply_adds_of_archive(bytes: &[u8], prefix: &str, allowed: fn(&str) -> bool) -> Result<usize, String> {
+pub fn fused_multiply_adds_of_archive(
+    bytes: &[u8],
+    prefix: &str,
+    allowed: &dyn Fn(&str) -> bool,
+) -> Result<usize, String> {
     let archive = ArchiveFile::parse(bytes).map_err(|error| format!("not a static library: {error}"))?;
     let (mut searched, mut found) = (0, 0);
     for member in archive.members() {

@@ -1,11 +1,11 @@
 //! `cargo xtask header`: the C header, generated from the source of the crate in ffi/, and what is generated from the header.
 
-use crate::javascript;
+use crate::c_header::{Header, PATH};
 use crate::process::{Result, project};
+use crate::{javascript, layout};
 use habitus_ffi::code::CODES;
+use std::path::{Path, PathBuf};
 
-/// The header, relative to the project.
-const PATH: &str = "include/habitus.h";
 /// The crate it is made from.
 const CRATE: &str = "ffi";
 
@@ -15,10 +15,16 @@ pub struct Options {
     /// Compare with the committed files instead of writing them.
     #[arg(long)]
     check: bool,
+    /// Write the entries that tests/hosts/layout.c compares to DIR/layout_entries.h instead.
+    #[arg(long, value_name = "DIR", conflicts_with = "check")]
+    layout: Option<PathBuf>,
 }
 
 /// Writes or compares.
 pub fn run(options: &Options) -> Result<()> {
+    if let Some(folder) = &options.layout {
+        return layout_entries(folder);
+    }
     let header = generated()?;
     let (script, assertions) = (javascript::script(&header)?, javascript::assertions(&header)?);
     for (path, made) in [(PATH, header), (javascript::ASSERTIONS, assertions), (javascript::SCRIPT, script)] {
@@ -45,6 +51,13 @@ fn compare(path: &str, made: &str) -> Result<()> {
                 .into())
         }
     }
+}
+
+/// Writes the C side of the layout check to a folder.
+pub fn layout_entries(folder: &Path) -> Result<()> {
+    let path = folder.join("layout_entries.h");
+    let text = layout::entries(&Header::read()?);
+    std::fs::write(&path, text).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
 /// The header's text.

@@ -1,10 +1,11 @@
-//! `cargo xtask no-panic`: no entry of the kernel reaches the panic handler or an allocator.
+//! `cargo xtask no-panic`: no entry of the kernel, for Rust or for C, reaches the panic handler or an allocator.
 //!
 //! The kernel's public surface is compiled with full link-time optimisation into a static library whose panic
 //! handler calls a symbol that nothing defines. From every entry the references are followed; apart from the
 //! memory functions that any C compiler may call, nothing undefined may be met.
 
 use crate::archive::{Library, Node};
+use crate::c_header::Header;
 use crate::call_graph::{Trespass, trespasses};
 use crate::process::{Result, cargo_in, succeed, target_dir};
 use std::collections::{BTreeMap, BTreeSet};
@@ -14,8 +15,8 @@ pub const FOLDER: &str = "tests/no-panic";
 /// Its folder below the build folder.
 pub const TARGET: &str = "no-panic";
 
-/// Entries are the exported functions whose names begin so.
-const PREFIX: &str = "check_";
+/// Entries are the exported functions whose names begin so: those of the package, and those of the crate for C that is linked into it.
+const PREFIXES: [&str; 2] = ["check_", "hab_"];
 /// Optimised for speed, and for size, where fewer checks are seen to be needless.
 const PROFILES: [&str; 2] = ["release", "size"];
 /// The controls among them, each with the symbol it must be caught with.
@@ -33,9 +34,11 @@ pub fn run() -> Result<()> {
     for profile in PROFILES {
         let library = library(profile, &[])?;
         let entries = entries(&library);
-        if entries.is_empty() {
-            return Err(format!("{FOLDER} exports no function named {PREFIX}*: nothing was checked").into());
+        if let Some(prefix) = PREFIXES.iter().find(|prefix| !entries.iter().any(|entry| entry.starts_with(**prefix))) {
+            return Err(format!("{FOLDER} exports no function named {prefix}*: nothing was checked").into());
         }
+        let c_entries = entries.iter().copied().filter(|entry| entry.starts_with(PREFIXES[1])).collect();
+        declared(&c_entries)?;
         proven = entries.len();
         let of_profile: Vec<_> = entries.iter().flat_map(|entry| trespasses(&library, entry, forbidden)).collect();
         report(profile, &of_profile);
@@ -86,7 +89,24 @@ fn library(profile: &str, options: &[&str]) -> Result<Library> {
 }
 
 fn entries(library: &Library) -> Vec<&str> {
-    library.exported.keys().map(String::as_str).filter(|name| name.starts_with(PREFIX)).collect()
+    library
+        .exported
+        .keys()
+        .map(String::as_str)
+        .filter(|name| PREFIXES.iter().any(|prefix| name.starts_with(prefix)))
+        .collect()
+}
+
+/// Fails unless the entries for C are the functions of the header.
+fn declared(entries: &BTreeSet<&str>) -> Result<()> {
+    let header = Header::read()?;
+    let functions = header.functions.iter().map(String::as_str).collect::<BTreeSet<_>>();
+    match functions.symmetric_difference(entries).next() {
+        None => Ok(()),
+        Some(name) => {
+            Err(format!("{name} is in only one of {FOLDER} and the header: not every entry was checked").into())
+        }
+    }
 }
 
 fn forbidden(node: &Node) -> bool {

@@ -2,8 +2,9 @@
 
 use crate::compiler::{Build, Compiler, Kind};
 use crate::figures::{Figures, printed_figures};
-use crate::golden::{self, FOLDER, LIBRARY, Run};
+use crate::golden::{self, Cases, FOLDER, Interface, LIBRARY, Run, VECTORS};
 use crate::process::{Result, ended, project, succeed, target_dir};
+use crate::sizes::{self, Size};
 use crate::targets::Target;
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -15,9 +16,6 @@ const PROFILE: &str = "release";
 const WEB: &str = "examples/web";
 /// The model that the page starts with.
 const MODEL: &str = "examples/firmware/models/face.hab";
-/// The kernels of the vectors that the C interface has; the only case that it cannot express is a reversed range.
-const KERNELS: [&str; 6] = ["evaluate", "linearised_block", "prepared", "fit_points", "fit_landmarks", "open"];
-const INEXPRESSIBLE: u64 = 1;
 
 /// A module: the same source for engines of different age.
 struct Module {
@@ -34,13 +32,13 @@ struct Module {
 /// engine since 2023.
 const MODULES: [Module; 2] = [
     Module {
-        title: "wasm, habitus.js",
+        title: "JavaScript, wasm",
         folder: "wasm-plain",
         file: "habitus.wasm",
         flags: "-C target-cpu=mvp -C target-feature=+mutable-globals",
     },
     Module {
-        title: "wasm SIMD, habitus.js",
+        title: "JavaScript, wasm SIMD",
         folder: "wasm-simd",
         file: "habitus-simd.wasm",
         flags: "-C target-feature=+simd128",
@@ -57,38 +55,51 @@ pub struct Options {
 
 /// Builds, runs, compares, assembles the page.
 pub fn run(options: &Options) -> Result<()> {
-    let compiler = Compiler::installed(Target::Wasm)?;
+    ready()?;
+    let (known, made) = (Cases::read()?, made()?);
+    if options.json {
+        println!("{:#}", json!({"runs": golden::json_of(&made.runs, &known), "sizes": sizes::json_of(&made.sizes)}));
+    } else {
+        println!("{}\n\n{}", golden::table(&made.runs, &known), sizes::table(&made.sizes));
+        println!("\nthe page: {}", page().join("index.html").display());
+    }
+    let wrong = made.runs.iter().flat_map(|run| run.objections(&known));
+    let objections: Vec<String> = wrong.chain(made.objections).collect();
+    if objections.is_empty() { Ok(()) } else { Err(objections.join("\n").into()) }
+}
+
+/// Fails when a tool is missing, before the first build.
+pub fn ready() -> Result<()> {
+    Compiler::installed(Target::Wasm)?;
     Target::Wasm.emulator()?;
+    Ok(())
+}
+
+/// What the modules gave.
+pub struct Made {
+    /// The golden vectors.
+    pub runs: Vec<Run>,
+    /// What else is not as it should be.
+    pub objections: Vec<String>,
+    /// Each module, as it is and as a server sends it.
+    pub sizes: Vec<Size>,
+}
+
+/// Builds the modules, runs vectors and tests in them, and assembles the page.
+pub fn made() -> Result<Made> {
+    let compiler = Compiler::installed(Target::Wasm)?;
     let (kernel, built) = builds(&compiler);
-    let mut runs = vec![kernel?];
-    let mut objections = runs[0].objections(golden::cases()?);
-    let cases = golden::cases_of(&KERNELS)? - INEXPRESSIBLE;
-    let (mut sizes, mut modules) = (Vec::new(), Vec::new());
+    let mut made = Made { runs: vec![kernel?], objections: Vec::new(), sizes: Vec::new() };
+    let mut modules = Vec::new();
     for (module, path) in MODULES.iter().zip(built) {
         let path = path?;
-        let run = wrapper_run(&compiler, module.title, &path)?;
-        objections.extend(run.objections(cases));
-        objections.extend(unit_tests(module.title, &path)?);
-        runs.push(run);
-        sizes.push(size(module, &path)?);
+        made.runs.push(wrapper_run(&compiler, module.title, &path)?);
+        made.objections.extend(unit_tests(module.title, &path)?);
+        made.sizes.extend(weighed(module, &path)?);
         modules.push(path);
     }
     assemble(&modules)?;
-    if options.json {
-        println!("{:#}", json!({"runs": golden::json_of(&runs), "sizes": sizes}));
-    } else {
-        println!("{}\n\n| module | bytes | gzip |\n|---|---:|---:|", golden::table(&runs));
-        for figures in &sizes {
-            println!(
-                "| {} | {} | {} |",
-                figures["file"].as_str().unwrap_or(""),
-                figures["bytes"],
-                figures["gzip_bytes"]
-            );
-        }
-        println!("\nthe page: {}", page().join("index.html").display());
-    }
-    if objections.is_empty() { Ok(()) } else { Err(objections.join("\n").into()) }
+    Ok(made)
 }
 
 /// `cargo xtask web`: the assembled page in a headless Chromium.
@@ -137,7 +148,7 @@ fn kernel_run(compiler: &Compiler) -> Result<Run> {
     let module = compiler.artefact(kind, PROFILE, LIBRARY);
     let script = project().join(FOLDER).join("run.mjs");
     let ended = ended(Target::Wasm.emulator()?.arg(script).arg(module), Duration::from_secs(300))?;
-    Ok(Run::new(Target::Wasm.title(), compiler.version(), Target::Wasm.emulator_version()?, &ended))
+    Ok(Run::new("Rust, wasm", Interface::Rust, compiler.version(), Target::Wasm.emulator_version()?, &ended))
 }
 
 /// The C interface as a module.
@@ -152,9 +163,9 @@ fn built(compiler: &Compiler, module: &Module) -> Result<PathBuf> {
 }
 
 fn wrapper_run(compiler: &Compiler, title: &'static str, module: &Path) -> Result<Run> {
-    let vectors = project().join("tests/golden/vectors");
+    let vectors = project().join(VECTORS);
     let ended = ended(node("golden.mjs")?.arg(module).arg(vectors), Duration::from_secs(300))?;
-    Ok(Run::new(title, compiler.version(), Target::Wasm.emulator_version()?, &ended))
+    Ok(Run::new(title, Interface::JavaScript, compiler.version(), Target::Wasm.emulator_version()?, &ended))
 }
 
 /// What the wrapper's own tests object to.
@@ -170,13 +181,14 @@ fn unit_tests(title: &str, module: &Path) -> Result<Option<String>> {
 }
 
 /// Size of a module, as it is and as a server sends it.
-fn size(module: &Module, path: &Path) -> Result<serde_json::Value> {
+fn weighed(module: &Module, path: &Path) -> Result<[Size; 2]> {
     let script = "const bytes = require('fs').readFileSync(process.argv[1]); console.log('@bytes ' + bytes.length); \
                   console.log('@gzip_bytes ' + require('zlib').gzipSync(bytes, { level: 9 }).length)";
     let ended = ended(Target::Wasm.emulator()?.args(["-e", script]).arg(path), Duration::from_secs(60))?;
     let figures: Figures = printed_figures(&ended.text);
     let figure = |name: &str| figures.get(name).copied().ok_or_else(|| format!("no size of {}", path.display()));
-    Ok(json!({"file": module.file, "bytes": figure("bytes")?, "gzip_bytes": figure("gzip_bytes")?}))
+    let file = module.file;
+    Ok([(file.to_owned(), figure("bytes")?), (format!("{file}, as gzip sends it"), figure("gzip_bytes")?)])
 }
 
 /// Puts the page together.

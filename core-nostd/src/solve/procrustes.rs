@@ -61,7 +61,8 @@ impl<R: Real> Moments<R> {
     ///
     /// Accuracy: rotation to about 10 eps times the condition of the point set (test `recovers_the_transform`).
     /// Errors: `Degenerate` when fewer than three points or points on a line were added (second singular value of the centred sources
-    /// below 1e-6 of the first in f64, 1e-3 in f32); `NotFinite`; `NotConverged`.
+    /// below 1e-6 of the first in f64, 1e-3 in f32), or when the targets leave the rotation open, as those on a line do (the two largest
+    /// eigenvalues of the quaternion's matrix are equal to 1e-12 in f64, 2e-6 in f32); `NotFinite`; `NotConverged`.
     /// Panics: never.
     pub fn similarity(&self, with_scale: bool) -> Result<Similarity<R>, Error> {
         let Some((p0, q0)) = self.origin else { return Err(Error::Degenerate) };
@@ -93,6 +94,10 @@ impl<R: Real> Moments<R> {
         ];
         let mut vectors = [R::ZERO; 16];
         diagonalise_in_place(&mut matrix, &mut vectors, 4)?;
+        let [best, _, _, _, _, next, ..] = matrix;
+        if !(best - next > R::from_f64(1e-12).max(R::EPSILON * R::from_f64(16.0)) * best) {
+            return Err(Error::Degenerate);
+        }
         let [q_w, q_x, q_y, q_z, ..] = vectors;
         let rotation = rotation_of_quaternion([q_w, q_x, q_y, q_z]);
         let scale = if with_scale {
@@ -185,6 +190,16 @@ mod tests {
             moments.add([x, 2.0 * x, 500.0 - x], [x, 0.0, 0.0], 1.0);
             assert_eq!(moments.similarity(true).unwrap_err(), Error::Degenerate);
         }
+        // Sources in space, targets on a line or at one place: any turn about the line fits as well.
+        let (mut line, mut place) = (Moments::<f32>::new(), Moments::<f32>::new());
+        for (k, source) in
+            [[0.0, 0.0, 0.0], [70.0, 3.0, 0.0], [0.0, 90.0, 10.0], [20.0, 30.0, 80.0]].into_iter().enumerate()
+        {
+            line.add(source, [400.0 + k as f32; 3], 1.0);
+            place.add(source, [3.0, 4.0, 500.0], 1.0);
+        }
+        assert_eq!(line.similarity(false).unwrap_err(), Error::Degenerate);
+        assert_eq!(place.similarity(false).unwrap_err(), Error::Degenerate);
         let mut flat = Moments::<f64>::new();
         for (x, y) in [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)] {
             flat.add([x, y, 0.0], [x, y, 0.0], 1.0);

@@ -33,7 +33,7 @@ pub fn mean_by_ranges(generator: &Bilinear<'_>, range: &mut [f32]) -> Result<f32
     Ok(sum / n as f32)
 }
 
-/// The landmarks of a known face, moved and turned; the last is missing.
+/// The landmarks of a known face, moved and turned; the first is missing.
 pub fn targets(model: &Model<'_>, generator: &Bilinear<'_>) -> [Option<[f32; 3]>; LANDMARKS] {
     let placement = Similarity::IDENTITY.moved([0.2, -0.3, 0.1], [30.0, -12.0, 400.0], 0.0);
     let weights = Weights { identity: &IDENTITY, pose: &POSE };

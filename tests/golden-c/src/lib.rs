@@ -4,11 +4,10 @@
 //! The host is told of failures through a function that it defines, `golden_report`; no memory changes hands.
 #![no_std]
 
-mod control;
 mod panic;
 mod report;
 
-use habitus_golden::{Memory, Plain, REQUIREMENT, Summary, VECTORS, Vectors};
+use habitus_golden::{CASE_BYTES, Memory, Plain, REQUIREMENT, Summary, VECTORS};
 use report::{Line, report};
 
 /// Runs every vector. Each failing case is reported in a line; the sums go to `golden_figure`.
@@ -16,10 +15,12 @@ use report::{Line, report};
 /// Returns 1 when every bit is as it should be, else 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_run() -> u32 {
-    let summary = summary_of(&VECTORS, &mut |result| {
-        if !result.is_equal() {
-            report(&Line::of_case(result));
-        }
+    let summary = with_memory(|memory| {
+        habitus_golden::run(&VECTORS, &Plain, memory, &mut |result| {
+            if !result.is_equal() {
+                report(&Line::of_case(result));
+            }
+        })
     });
     let Summary { cases, failed, numbers, differing_bits } = summary;
     for (name, value) in
@@ -38,18 +39,22 @@ pub extern "C" fn golden_run() -> u32 {
 /// Returns 1 when every change was noticed, else 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_control() -> u32 {
-    let (tried, noticed) = control::noticed();
+    let (tried, noticed) = with_memory(|memory| {
+        habitus_golden::noticed(&VECTORS, &Plain, memory, &mut [0; CASE_BYTES], &mut |file, case| {
+            let parts = ["a changed bit was not noticed: ", file, ": ", case.kernel, " ", case.name];
+            report(&Line::of_text(&parts));
+        })
+    });
     report::figure("changed", tried);
     report::figure("noticed", noticed);
     u32::from(noticed == tried && tried > 0)
 }
 
-fn summary_of(vectors: &Vectors<'_>, each: &mut dyn FnMut(&habitus_golden::CaseResult<'_>)) -> Summary {
-    let mut memory = Memory {
+fn with_memory<T>(work: impl FnOnce(&mut Memory<'_>) -> T) -> T {
+    work(&mut Memory {
         floats: &mut [0.0; REQUIREMENT.floats],
         doubles: &mut [0.0; REQUIREMENT.doubles],
         bytes: &mut [0; REQUIREMENT.bytes],
         indices: &mut [0; REQUIREMENT.indices],
-    };
-    habitus_golden::run(vectors, &Plain, &mut memory, each)
+    })
 }

@@ -15,6 +15,7 @@
 #![forbid(unsafe_code)]
 
 mod backend;
+mod control;
 mod kernels;
 mod memory;
 mod result;
@@ -22,6 +23,7 @@ mod samples;
 mod text;
 
 pub use backend::{Backend, Kernel, Plain};
+pub use control::{CASE_BYTES, noticed};
 pub use memory::{Memory, Requirement};
 pub use result::{CaseResult, Difference, Problem, Summary};
 pub use text::{Case, Cases};

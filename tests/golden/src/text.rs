@@ -74,6 +74,29 @@ impl<'t> Case<'t> {
         None
     }
 
+    /// The text of the case's own fields, without the empty lines behind them.
+    pub(crate) fn fields(&self) -> &'t str {
+        let (mut lines, mut end) = (self.body, 0);
+        loop {
+            let start = self.body.rest.len() - lines.rest.len();
+            match lines.next() {
+                Some(line) if line.starts_with("case ") => break,
+                Some("") => {}
+                Some(line) => end = start + line.len(),
+                None => break,
+            }
+        }
+        self.body.rest.get(..end).unwrap_or_default()
+    }
+
+    /// The case with other fields.
+    pub(crate) fn with_fields<'f>(&self, fields: &'f str) -> Case<'f>
+    where
+        't: 'f,
+    {
+        Case { kernel: self.kernel, name: self.name, body: Lines { rest: fields } }
+    }
+
     /// The first value of a field.
     pub fn word(&self, key: &str) -> Option<&'t str> {
         self.field(key)?.next()

@@ -1,6 +1,6 @@
 //! The core gives the bits of the golden vectors, called directly and inside wrappers for wider vectors.
 
-use habitus_golden::{Backend, CaseResult, Kernel, Memory, Plain, REQUIREMENT, Summary, VECTORS, Vectors, run};
+use habitus_golden::{Backend, CaseResult, Memory, Plain, REQUIREMENT, Summary, VECTORS, Vectors, run};
 
 fn with_memory<T>(work: impl FnOnce(&mut Memory<'_>) -> T) -> T {
     work(&mut Memory {
@@ -33,38 +33,12 @@ fn plain_calls() {
 }
 
 #[cfg(target_arch = "x86_64")]
-mod wide {
+mod wide;
+
+#[cfg(target_arch = "x86_64")]
+mod dispatched {
+    use super::wide::{Avx2, Avx512};
     use super::*;
-
-    /// A kernel as pulp takes it.
-    struct Inside<K>(K);
-
-    impl<K: Kernel> pulp::NullaryFnOnce for Inside<K> {
-        type Output = K::Output;
-
-        #[inline(always)]
-        fn call(self) -> K::Output {
-            self.0.call()
-        }
-    }
-
-    struct Avx2(pulp::x86::V3);
-
-    impl Backend for Avx2 {
-        #[inline(always)]
-        fn within<K: Kernel>(&self, kernel: K) -> K::Output {
-            self.0.vectorize(Inside(kernel))
-        }
-    }
-
-    struct Avx512(pulp::x86::V4);
-
-    impl Backend for Avx512 {
-        #[inline(always)]
-        fn within<K: Kernel>(&self, kernel: K) -> K::Output {
-            self.0.vectorize(Inside(kernel))
-        }
-    }
 
     #[test]
     fn dispatched_avx2() {

@@ -1,12 +1,15 @@
 //! Every public entry of the kernel as a C function: `cargo xtask no-panic` follows each one's references in
 //! the optimised static library and fails if any leads to the panic handler or to an allocator.
 //!
-//! One file per module of the kernel. A function's name begins with `check_`; being exported, its arguments are
+//! One file per module of the kernel; the entries for C, `hab_*`, are those of the crate in ffi/ themselves. A function's name begins with `check_`; being exported, its arguments are
 //! opaque to the compiler, so nothing is evaluated in advance. What a call returns is folded into the status, so
 //! that nothing is optimised away.
 #![no_std]
 // No C program calls these: they are linked and inspected, never run.
 #![allow(improper_ctypes_definitions)]
+
+// Linked for its exported functions.
+extern crate habitus_ffi as _;
 
 #[cfg(feature = "control")]
 mod control;

@@ -1,9 +1,9 @@
-//! Compares the golden vectors with what the kernels give on this processor.
+//! Compares the golden vectors with what the kernels give on this processor, and shows that a changed bit is noticed.
 #![no_std]
 #![no_main]
 
 use habitus_firmware::{board, console, entry};
-use habitus_golden::{Memory, Plain, REQUIREMENT, VECTORS, run as run_vectors};
+use habitus_golden::{CASE_BYTES, Memory, Plain, REQUIREMENT, VECTORS, noticed, run as run_vectors};
 
 entry!(run);
 
@@ -25,17 +25,22 @@ fn run() {
             console::line(result.name);
         }
     });
-    console::number(summary.cases);
-    console::text(" golden vectors, ");
-    console::number(summary.numbers);
-    console::text(" numbers, differing bits: ");
-    console::number(summary.differing_bits);
-    console::line("");
+    let (changed, noticed) = noticed(&VECTORS, &Plain, &mut memory, &mut [0; CASE_BYTES], &mut |file, case| {
+        console::text("a changed bit was not noticed: ");
+        console::text(file);
+        console::text(": ");
+        console::text(case.kernel);
+        console::text(" ");
+        console::line(case.name);
+    });
     console::measure("cases", summary.cases);
     console::measure("failed", summary.failed);
     console::measure("numbers", summary.numbers);
     console::measure("differing_bits", summary.differing_bits);
-    if summary.failed > 0 || summary.cases < 240 {
+    console::measure("changed", changed);
+    console::measure("noticed", noticed);
+    console::measure("pointer_bits", usize::BITS);
+    if summary.failed > 0 || summary.cases < 240 || noticed < changed {
         board::exit(1);
     }
 }

@@ -1,0 +1,15 @@
+/* The text of the golden vectors inside the program. */
+.macro file name, path
+    .section .model.\name, "a"
+    .global \name
+    .global \name\()_end
+\name:
+    .incbin "\path"
+\name\()_end:
+.endm
+
+file models_txt, models.txt
+file generator_txt, generator.txt
+file fit_txt, fit.txt
+file solve_txt, solve.txt
+file files_txt, files.txt

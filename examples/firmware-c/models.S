@@ -1,0 +1,14 @@
+/* Model files inside the program, in a section of their own so that code size counts code. A program keeps only what it names. */
+.macro file name, path
+    .section .model.\name, "a"
+    .balign 4
+    .global \name
+    .global \name\()_end
+\name:
+    .incbin "\path"
+\name\()_end:
+.endm
+
+file face_hab, face.hab
+file small_hab, small.hab
+file small_mean, small.mean

@@ -1,0 +1,815 @@
+// Habitus for C++17: habitus.h with owners, views and results. Header only; exceptions and RTTI may be off.
+//
+//     auto face = habitus::model_file::read("face.hab");          // result<model_file>
+//     if (!face) return complain(face.error().message());
+//     auto identity = face->mean(habitus::mode::identity);        // result<std::vector<float>>
+//     auto pose = face->mean(habitus::mode::pose);
+//     auto positions = face->evaluate(*identity, *pose);          // x y z of each vertex, millimetres
+//     auto fit = face->fit_landmarks(targets);                    // result<fit_result>
+//
+// A call that can fail returns a result: test it, then use `*` and `->`, or ask error(); value() throws where exceptions are on and
+// ends the program where they are off. Each call that returns a std::vector has a twin that writes to a span of the caller's and allocates
+// nothing. What a call writes is untouched when it fails.
+//
+// A model is a view of its bytes and can be copied freely; model_file owns them. Any number of threads may use one object at the same time, as
+// all functions but assignments are const. Millimetres, radians, right-handed, y up, triangles counter-clockwise from outside.
+//
+// What the numbers mean, and which errors a call returns, is said once: in habitus.h, at the function of the same name.
+
+#ifndef HABITUS_HPP
+#define HABITUS_HPP
+
+#include "habitus.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cerrno>
+#include <cstddef>
+#include <cstdint>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#if defined(__cpp_exceptions) || defined(_CPPUNWIND)
+#define HABITUS_EXCEPTIONS_ 1
+#include <stdexcept>
+#else
+#define HABITUS_EXCEPTIONS_ 0
+#endif
+
+namespace habitus {
+
+// ---------------------------------------------------------------------------------------------------------------------- views
+
+/// Pointer and length of elements that somebody else owns, as std::span of C++20. Made from arrays, std::array, std::vector, std::span,
+/// and any other container with data() and size().
+template <class T>
+class span {
+    template <class Container>
+    using data_of = std::remove_pointer_t<decltype(std::declval<Container&>().data())>;
+    template <class From>
+    using if_converts = std::enable_if_t<std::is_convertible_v<From (*)[], T (*)[]>>;
+
+public:
+    using element_type = T;
+    using value_type = std::remove_cv_t<T>;
+
+    constexpr span() noexcept = default;
+    constexpr span(T* data, std::size_t size) noexcept : data_(data), size_(size) {}
+    template <std::size_t N>
+    constexpr span(T (&array)[N]) noexcept : data_(array), size_(N) {}
+    template <class Container, class = decltype(std::declval<Container&>().size()), class = if_converts<data_of<Container>>>
+    constexpr span(Container& container) noexcept : data_(container.data()), size_(container.size()) {}
+    /// Of a temporary only elements that are read, as an argument of a call.
+    template <class Container, class = decltype(std::declval<const Container&>().size()),
+              class = if_converts<data_of<const Container>>, class = std::enable_if_t<std::is_const_v<T>, Container>>
+    constexpr span(const Container& container) noexcept : data_(container.data()), size_(container.size()) {}
+
+    constexpr T* data() const noexcept { return data_; }
+    constexpr std::size_t size() const noexcept { return size_; }
+    constexpr bool empty() const noexcept { return size_ == 0; }
+    constexpr T* begin() const noexcept { return data_; }
+    constexpr T* end() const noexcept { return data_ + size_; }
+    constexpr T& operator[](std::size_t index) const noexcept { return data_[index]; }
+    /// `count` elements from `first` on; both must lie within.
+    constexpr span subspan(std::size_t first, std::size_t count) const noexcept { return {data_ + first, count}; }
+
+private:
+    T* data_ = nullptr;
+    std::size_t size_ = 0;
+};
+
+/// x, y, z, millimetres.
+using point = std::array<float, 3>;
+
+// -------------------------------------------------------------------------------------------------------------------- errors
+
+/// The code of an error that only this header knows: a file could not be read. first() is the errno.
+inline constexpr hab_code file_not_read = -1;
+
+/// Why a call did nothing: a code of habitus.h and two numbers.
+class error {
+public:
+    explicit error(const hab_error_detail& detail) noexcept : detail_(detail) {}
+    explicit error(hab_code code, std::uint32_t first = 0, std::uint32_t second = 0) noexcept : detail_{code, first, second} {}
+
+    hab_code code() const noexcept { return detail_.code; }
+    /// What they say depends on the code, see habitus.h.
+    std::uint32_t first() const noexcept { return detail_.first; }
+    std::uint32_t second() const noexcept { return detail_.second; }
+    /// For instance "HAB_NOT_FINITE".
+    const char* name() const noexcept { return code() == file_not_read ? "file_not_read" : hab_error_name(code()); }
+    /// One line with the numbers.
+    std::string message() const {
+        if (code() == file_not_read) {
+            return "the file cannot be read: " + std::generic_category().message(static_cast<int>(first()));
+        }
+        std::array<char, 160> text{};
+        hab_error_format(&detail_, text.data(), text.size());
+        return text.data();
+    }
+
+    friend bool operator==(const error& error, hab_code code) noexcept { return error.code() == code; }
+    friend bool operator!=(const error& error, hab_code code) noexcept { return error.code() != code; }
+
+private:
+    hab_error_detail detail_;
+};
+
+#if HABITUS_EXCEPTIONS_
+/// What result::value() throws.
+class exception : public std::runtime_error {
+public:
+    explicit exception(const habitus::error& reason) : std::runtime_error(reason.message()), reason_(reason) {}
+    const habitus::error& reason() const noexcept { return reason_; }
+
+private:
+    habitus::error reason_;
+};
+#endif
+
+namespace detail {
+
+[[noreturn]] inline void no_value([[maybe_unused]] const error& reason) {
+#if HABITUS_EXCEPTIONS_
+    throw exception(reason);
+#else
+    std::abort();
+#endif
+}
+
+} // namespace detail
+
+/// A value, or why there is none; as std::expected of C++23.
+template <class T>
+class [[nodiscard]] result {
+public:
+    using value_type = T;
+
+    result(T value) noexcept(std::is_nothrow_move_constructible_v<T>) : value_(std::move(value)), error_(HAB_OK) {}
+    result(const habitus::error& reason) noexcept : error_(reason) {}
+
+    bool has_value() const noexcept { return value_.has_value(); }
+    explicit operator bool() const noexcept { return has_value(); }
+
+    /// The value, which must be there.
+    T& operator*() & noexcept { return assert(has_value()), *value_; }
+    const T& operator*() const& noexcept { return assert(has_value()), *value_; }
+    /// Of a temporary by value, so that `for (auto name : *model.landmark_names())` may be written.
+    T operator*() && { return assert(has_value()), std::move(*value_); }
+    T* operator->() noexcept { return assert(has_value()), &*value_; }
+    const T* operator->() const noexcept { return assert(has_value()), &*value_; }
+
+    /// The value; where there is none, throws habitus::exception, or ends the program when exceptions are off.
+    T& value() & { return has_value() ? *value_ : (detail::no_value(error_), *value_); }
+    const T& value() const& { return has_value() ? *value_ : (detail::no_value(error_), *value_); }
+    T value() && { return std::move(has_value() ? *value_ : (detail::no_value(error_), *value_)); }
+    template <class U>
+    T value_or(U&& other) && {
+        return has_value() ? std::move(*value_) : static_cast<T>(std::forward<U>(other));
+    }
+
+    /// Why there is no value; its code is HAB_OK when there is one.
+    const habitus::error& error() const noexcept { return error_; }
+
+private:
+    std::optional<T> value_;
+    habitus::error error_;
+};
+
+/// Success, or why not.
+template <>
+class [[nodiscard]] result<void> {
+public:
+    using value_type = void;
+
+    result() noexcept : error_(HAB_OK) {}
+    result(const habitus::error& reason) noexcept : error_(reason) {}
+
+    bool has_value() const noexcept { return error_.code() == HAB_OK; }
+    explicit operator bool() const noexcept { return has_value(); }
+    /// Throws habitus::exception unless the call succeeded, or ends the program when exceptions are off.
+    void value() const {
+        if (!has_value()) {
+            detail::no_value(error_);
+        }
+    }
+    const habitus::error& error() const noexcept { return error_; }
+
+private:
+    habitus::error error_;
+};
+
+namespace detail {
+
+/// Runs a C function, which is given the error detail.
+template <class Call>
+result<void> called(Call call) noexcept {
+    hab_error_detail reason = {HAB_OK, 0, 0};
+    const hab_code code = call(&reason);
+    if (code == HAB_OK) {
+        return {};
+    }
+    return error(code, reason.first, reason.second);
+}
+
+/// A vector that a call fills.
+template <class T, class Fill>
+result<std::vector<T>> filled(std::size_t size, Fill fill) {
+    std::vector<T> out(size);
+    if (const result<void> done = fill(span<T>(out)); !done) {
+        return done.error();
+    }
+    return result<std::vector<T>>(std::move(out));
+}
+
+} // namespace detail
+
+// ---------------------------------------------------------------------------------------------------------------- enumerations
+
+/// One of the two groups of weights: who it is, and expression or posture.
+enum class mode : std::uint32_t { identity = HAB_MODE_IDENTITY, pose = HAB_MODE_POSE };
+
+/// Whether the checksums of a file's sections are compared when it is opened.
+enum class checksums { verify, skip };
+
+/// Which motions a fit seeks beside the weights.
+enum class frame : std::uint32_t { fixed = HAB_FRAME_FIXED, rigid = HAB_FRAME_RIGID, similarity = HAB_FRAME_SIMILARITY };
+
+/// What a fit knows of the weights before it sees the data.
+enum class prior : std::uint32_t { none = HAB_PRIOR_NONE, gaussian = HAB_PRIOR_GAUSSIAN, box = HAB_PRIOR_BOX };
+
+/// Why a fit stopped.
+enum class fit_status : std::uint32_t {
+    converged = HAB_STATUS_CONVERGED,
+    iteration_limit = HAB_STATUS_ITERATION_LIMIT,
+    stalled = HAB_STATUS_STALLED
+};
+
+// --------------------------------------------------------------------------------------------------------------------- fitting
+
+/// Where a model stands: takes a point of the model to the frame of the scan. At first where the model is.
+struct placement : hab_placement {
+    placement() noexcept : hab_placement{1, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}} {}
+    explicit placement(const hab_placement& other) noexcept : hab_placement(other) {}
+
+    /// scale * rotation * at + translation.
+    point apply(const point& at) const noexcept {
+        point to{};
+        for (std::size_t row = 0; row < 3; ++row) {
+            const float* r = rotation + 3 * row;
+            to[row] = scale * (r[0] * at[0] + r[1] * at[1] + r[2] * at[2]) + translation[row];
+        }
+        return to;
+    }
+    /// Applies to x y z after x y z, in place.
+    void apply(span<float> positions) const noexcept {
+        for (std::size_t i = 0; i + 3 <= positions.size(); i += 3) {
+            const point to = apply(point{positions[i], positions[i + 1], positions[i + 2]});
+            std::copy(to.begin(), to.end(), positions.data() + i);
+        }
+    }
+};
+
+/// How a fit ended.
+struct fit_report : hab_fit_report {
+    fit_report() noexcept : hab_fit_report{} {}
+    fit_status why() const noexcept { return static_cast<fit_status>(status); }
+    bool converged() const noexcept { return status == HAB_STATUS_CONVERGED; }
+};
+
+/// Weights and placement that a fit found.
+struct fit_result {
+    std::vector<float> identity;
+    std::vector<float> pose;
+    habitus::placement placement;
+    fit_report report;
+};
+
+class prepared;
+
+/// How to fit. The defaults are the library's: they suit landmarks of a face.
+struct fit_options {
+    fit_options() noexcept { hab_fit_options_init(&numbers); }
+
+    /// Factors, noise, limits; see hab_fit_options.
+    hab_fit_options numbers;
+    /// Start from here instead of from the mean. Must live until the call returns.
+    const fit_result* start = nullptr;
+    /// Keep the mode that is fixed in this form, of all blocks of the model: cheaper. Must live until the call returns.
+    const prepared* form = nullptr;
+
+    fit_options& frame(habitus::frame motions) noexcept { return numbers.frame = static_cast<std::uint32_t>(motions), *this; }
+    /// Whether the first placement is found from the data (as by default) or is the start's.
+    fit_options& place(bool from_data) noexcept { return numbers.place = from_data ? 1 : 0, *this; }
+    fit_options& identity_prior(prior kind, float factor = 1) noexcept {
+        numbers.identity_prior = static_cast<std::uint32_t>(kind);
+        return numbers.identity_factor = factor, *this;
+    }
+    fit_options& pose_prior(prior kind, float factor = 1) noexcept {
+        numbers.pose_prior = static_cast<std::uint32_t>(kind);
+        return numbers.pose_factor = factor, *this;
+    }
+    /// Standard deviation of the measured positions per axis, millimetres.
+    fit_options& noise(float millimetres) noexcept { return numbers.noise = millimetres, *this; }
+    fit_options& max_iterations(std::uint32_t most) noexcept { return numbers.max_iterations = most, *this; }
+    fit_options& start_from(const fit_result& other) noexcept { return start = &other, *this; }
+    fit_options& with_form(const prepared& other) noexcept { return form = &other, *this; }
+};
+
+/// Values and derivatives of blocks of vertices; the layout is that of hab_model_linearise.
+struct linearisation {
+    std::vector<float> values;
+    std::vector<float> jacobian;
+};
+
+// -------------------------------------------------------------------------------------------------------------- prepared forms
+
+/// A model with the weights of one mode fixed, which costs less per evaluation; made by model::prepare. Owns its memory and no longer needs the model.
+/// Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED.
+class prepared {
+public:
+    prepared(prepared&& other) noexcept { *this = std::move(other); }
+    prepared& operator=(prepared&& other) noexcept {
+        if (this != &other) {
+            workspace_ = std::move(other.workspace_);
+            fixed_ = other.fixed_;
+            free_dim_ = other.free_dim_;
+            n_blocks_ = other.n_blocks_;
+            n_vertices_ = other.n_vertices_;
+            form_ = std::exchange(other.form_, hab_prepared{});
+        }
+        return *this;
+    }
+    prepared(const prepared&) = delete;
+    prepared& operator=(const prepared&) = delete;
+    ~prepared() = default;
+
+    /// The mode whose weights are fixed.
+    mode fixed() const noexcept { return fixed_; }
+    /// Number of weights of the other mode.
+    std::uint32_t free_dim() const noexcept { return free_dim_; }
+    std::uint32_t n_vertices() const noexcept { return n_vertices_; }
+    std::uint32_t n_blocks() const noexcept { return n_blocks_; }
+
+    /// Positions of all vertices of the form, x y z after x y z; `weights` are those of the mode that is not fixed.
+    result<void> evaluate(span<const float> weights, span<float> positions) const noexcept {
+        return evaluate_range(weights, 0, n_vertices_, positions);
+    }
+    result<std::vector<float>> evaluate(span<const float> weights) const {
+        return detail::filled<float>(std::size_t{3} * n_vertices_, [&](span<float> out) { return evaluate(weights, out); });
+    }
+    /// Positions of `count` vertices from `first` on.
+    result<void> evaluate_range(span<const float> weights, std::uint32_t first, std::uint32_t count,
+                                span<float> positions) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_prepared_evaluate(&form_, weights.data(), weights.size(), first, count, positions.data(), positions.size(), reason);
+        });
+    }
+    /// Values and derivatives by the free weights of `count` blocks from `first` on.
+    result<void> linearise(span<const float> weights, std::uint32_t first, std::uint32_t count, span<float> values,
+                           span<float> jacobian) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_prepared_linearise(&form_, weights.data(), weights.size(), first, count, values.data(), values.size(),
+                                          jacobian.data(), jacobian.size(), reason);
+        });
+    }
+    /// Of all blocks.
+    result<linearisation> linearise(span<const float> weights) const {
+        const std::size_t values = std::size_t{n_blocks_} * 3 * HAB_BLOCK_VERTICES;
+        linearisation out{std::vector<float>(values), std::vector<float>(values * free_dim_)};
+        if (const result<void> done = linearise(weights, 0, n_blocks_, out.values, out.jacobian); !done) {
+            return done.error();
+        }
+        return result<linearisation>(std::move(out));
+    }
+
+    /// For functions of habitus.h.
+    const hab_prepared* c_form() const noexcept { return &form_; }
+
+private:
+    friend class model;
+    prepared() noexcept = default;
+
+    hab_prepared form_{};
+    std::vector<float> workspace_;
+    mode fixed_ = mode::identity;
+    std::uint32_t free_dim_ = 0;
+    std::uint32_t n_blocks_ = 0;
+    std::uint32_t n_vertices_ = 0;
+};
+
+// ---------------------------------------------------------------------------------------------------------------------- models
+
+/// An opened model: a view of the bytes of a .hab file, which must stay where they are, unchanged, as long as it or a copy of it is used.
+class model {
+public:
+    /// Opens over bytes of any alignment; nothing is copied.
+    static result<model> open(span<const std::uint8_t> bytes, checksums sums = checksums::verify) noexcept {
+        model opened;
+        const auto open = sums == checksums::verify ? hab_model_open : hab_model_open_trusted;
+        result<void> done = detail::called(
+            [&](hab_error_detail* reason) { return open(bytes.data(), bytes.size(), &opened.model_, reason); });
+        if (done) {
+            opened.counts_.struct_bytes = sizeof opened.counts_;
+            done = detail::called(
+                [&](hab_error_detail* reason) { return hab_model_counts(&opened.model_, &opened.counts_, reason); });
+        }
+        if (!done) {
+            return done.error();
+        }
+        return opened;
+    }
+    /// The bytes would be gone when the call returns: model_file::open keeps them.
+    static result<model> open(std::vector<std::uint8_t>&&, checksums = checksums::verify) = delete;
+
+    /// All counts at once.
+    const hab_counts& counts() const noexcept { return counts_; }
+    std::uint32_t n_vertices() const noexcept { return counts_.n_vertices; }
+    std::uint32_t identity_dim() const noexcept { return counts_.identity_dim; }
+    std::uint32_t pose_dim() const noexcept { return counts_.pose_dim; }
+    std::uint32_t n_faces() const noexcept { return counts_.n_faces; }
+    std::uint32_t n_landmarks() const noexcept { return counts_.n_landmarks; }
+    std::uint32_t n_poses() const noexcept { return counts_.n_poses; }
+    std::uint32_t n_sections() const noexcept { return counts_.n_sections; }
+    std::uint32_t n_blocks() const noexcept { return counts_.n_blocks; }
+    /// Number of weights of a mode.
+    std::uint32_t dim(mode of) const noexcept { return of == mode::identity ? identity_dim() : pose_dim(); }
+
+    // What the file holds.
+
+    /// Triangles, three vertices each, counted from 0.
+    result<std::vector<std::uint32_t>> faces() const { return all<std::uint32_t>(HAB_SECTION_FACES, std::size_t{3} * n_faces()); }
+    /// Writes 3 * n_faces() vertices.
+    result<void> faces(span<std::uint32_t> out) const noexcept { return exactly(HAB_SECTION_FACES, std::size_t{3} * n_faces(), out); }
+    /// Vertex of each landmark.
+    result<std::vector<std::uint32_t>> landmarks() const { return all<std::uint32_t>(HAB_SECTION_LANDMARKS, n_landmarks()); }
+    /// Writes n_landmarks() vertices.
+    result<void> landmarks(span<std::uint32_t> out) const noexcept { return exactly(HAB_SECTION_LANDMARKS, n_landmarks(), out); }
+    /// The text lies within the model's bytes.
+    result<std::string_view> landmark_name(std::uint32_t landmark) const noexcept { return text(HAB_SECTION_LANDMARK_NAMES, landmark); }
+    result<std::vector<std::string_view>> landmark_names() const { return texts(HAB_SECTION_LANDMARK_NAMES, n_landmarks()); }
+    /// Name of a pose of the training data that the file keeps as a starting point.
+    result<std::string_view> pose_name(std::uint32_t pose) const noexcept { return text(HAB_SECTION_POSE_NAMES, pose); }
+    result<std::vector<std::string_view>> pose_names() const { return texts(HAB_SECTION_POSE_NAMES, n_poses()); }
+    /// Pose weights of such a pose.
+    result<std::vector<float>> pose_start(std::uint32_t pose) const {
+        return detail::filled<float>(pose_dim(), [&](span<float> out) { return pose_start(pose, out); });
+    }
+    /// Writes pose_dim() weights.
+    result<void> pose_start(std::uint32_t pose, span<float> out) const noexcept {
+        if (out.size() != pose_dim()) {
+            return mismatch(pose_dim(), out.size());
+        }
+        return read(HAB_SECTION_POSE_STARTS, out, std::size_t{pose} * pose_dim());
+    }
+
+    /// Section number `index` of the file.
+    result<hab_section> section(std::uint32_t index) const noexcept {
+        return a_section([&](hab_section* to, hab_error_detail* reason) { return hab_model_section(&model_, index, to, reason); });
+    }
+    /// The section with an identifier of hab_section_id; HAB_UNSUPPORTED when there is none.
+    result<hab_section> find_section(std::uint32_t id) const noexcept {
+        return a_section([&](hab_section* to, hab_error_detail* reason) { return hab_model_find_section(&model_, id, to, reason); });
+    }
+    /// All sections in their order.
+    result<std::vector<hab_section>> sections() const {
+        std::vector<hab_section> out;
+        for (std::uint32_t index = 0; index < n_sections(); ++index) {
+            const result<hab_section> found = section(index);
+            if (!found) {
+                return found.error();
+            }
+            out.push_back(*found);
+        }
+        return result<std::vector<hab_section>>(std::move(out));
+    }
+    /// Integers of a section from element `first` on.
+    result<void> read(std::uint32_t section_id, span<std::uint32_t> out, std::size_t first = 0) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_model_read_u32(&model_, section_id, first, out.data(), out.size(), reason);
+        });
+    }
+    /// Reals of a section from element `first` on.
+    result<void> read(std::uint32_t section_id, span<float> out, std::size_t first = 0) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_model_read_f32(&model_, section_id, first, out.data(), out.size(), reason);
+        });
+    }
+    /// A line of a text section; the text lies within the model's bytes.
+    result<std::string_view> text(std::uint32_t section_id, std::uint32_t line) const noexcept {
+        const char* from = nullptr;
+        std::size_t bytes = 0;
+        const result<void> done = detail::called(
+            [&](hab_error_detail* reason) { return hab_model_text(&model_, section_id, line, &from, &bytes, reason); });
+        if (!done) {
+            return done.error();
+        }
+        return std::string_view(from, bytes);
+    }
+
+    // Weights.
+
+    /// Mean of the training data plus so many standard deviations for each weight.
+    result<void> weights_from_deviations(mode of, span<const float> deviations, span<float> weights) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_model_weights(&model_, static_cast<std::uint32_t>(of), deviations.data(), deviations.size(), weights.data(),
+                                     weights.size(), reason);
+        });
+    }
+    result<std::vector<float>> weights_from_deviations(mode of, span<const float> deviations) const {
+        return detail::filled<float>(dim(of), [&](span<float> out) { return weights_from_deviations(of, deviations, out); });
+    }
+    /// Mean of the training data.
+    result<std::vector<float>> mean(mode of) const { return weights_from_deviations(of, std::vector<float>(dim(of))); }
+
+    // Evaluation.
+
+    /// Positions of all vertices, x y z after x y z, millimetres; `positions` has 3 * n_vertices() elements.
+    result<void> evaluate(span<const float> identity, span<const float> pose, span<float> positions) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_model_evaluate(&model_, identity.data(), identity.size(), pose.data(), pose.size(), positions.data(),
+                                      positions.size(), reason);
+        });
+    }
+    result<std::vector<float>> evaluate(span<const float> identity, span<const float> pose) const {
+        return detail::filled<float>(std::size_t{3} * n_vertices(), [&](span<float> out) { return evaluate(identity, pose, out); });
+    }
+    /// Positions of `count` vertices from `first` on; `positions` has 3 * count elements. Any split gives the same bits.
+    result<void> evaluate_range(span<const float> identity, span<const float> pose, std::uint32_t first, std::uint32_t count,
+                                span<float> positions) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_model_evaluate_range(&model_, identity.data(), identity.size(), pose.data(), pose.size(), first, count,
+                                            positions.data(), positions.size(), reason);
+        });
+    }
+    result<std::vector<float>> evaluate_range(span<const float> identity, span<const float> pose, std::uint32_t first,
+                                              std::uint32_t count) const {
+        if (const result<void> inside = within(first, count, n_vertices()); !inside) {
+            return inside.error();
+        }
+        return detail::filled<float>(std::size_t{3} * count,
+                                     [&](span<float> out) { return evaluate_range(identity, pose, first, count, out); });
+    }
+    /// Values and derivatives by every weight of `count` blocks of HAB_BLOCK_VERTICES vertices from `first` on; see hab_model_linearise.
+    result<void> linearise(span<const float> identity, span<const float> pose, std::uint32_t first, std::uint32_t count,
+                           span<float> values, span<float> jacobian) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_model_linearise(&model_, identity.data(), identity.size(), pose.data(), pose.size(), first, count, values.data(),
+                                       values.size(), jacobian.data(), jacobian.size(), reason);
+        });
+    }
+    /// Of all blocks.
+    result<linearisation> linearise(span<const float> identity, span<const float> pose) const {
+        const std::size_t values = std::size_t{n_blocks()} * 3 * HAB_BLOCK_VERTICES;
+        linearisation out{std::vector<float>(values), std::vector<float>(values * (identity_dim() + pose_dim()))};
+        if (const result<void> done = linearise(identity, pose, 0, n_blocks(), out.values, out.jacobian); !done) {
+            return done.error();
+        }
+        return result<linearisation>(std::move(out));
+    }
+    /// A form with the weights of one mode fixed.
+    result<prepared> prepare(mode fixed, span<const float> weights) const { return prepare(fixed, weights, 0, n_blocks()); }
+    /// Of `count` blocks from `first` on: its vertex v is vertex HAB_BLOCK_VERTICES * first + v of the model.
+    result<prepared> prepare(mode fixed, span<const float> weights, std::uint32_t first, std::uint32_t count) const {
+        std::size_t bytes = 0;
+        const auto number = static_cast<std::uint32_t>(fixed);
+        result<void> done = detail::called([&](hab_error_detail* reason) {
+            return hab_prepared_workspace_bytes(&model_, number, first, count, &bytes, reason);
+        });
+        prepared made;
+        if (done) {
+            made.workspace_.resize(bytes / sizeof(float));
+            done = detail::called([&](hab_error_detail* reason) {
+                return hab_prepared_init(&model_, number, weights.data(), weights.size(), first, count, made.workspace_.data(), bytes,
+                                         &made.form_, reason);
+            });
+        }
+        if (!done) {
+            return done.error();
+        }
+        const std::uint32_t behind = n_vertices() - first * HAB_BLOCK_VERTICES;
+        made.fixed_ = fixed;
+        made.free_dim_ = fixed == mode::identity ? pose_dim() : identity_dim();
+        made.n_blocks_ = count;
+        made.n_vertices_ = count < n_blocks() - first ? count * HAB_BLOCK_VERTICES : behind;
+        return result<prepared>(std::move(made));
+    }
+
+    // Fitting.
+
+    /// Weights and placement from the model's landmarks: `targets` holds x y z of each, in the model's order.
+    result<fit_result> fit_landmarks(span<const float> targets, const fit_options& options = {}) const {
+        return fit_landmarks(targets, {}, options);
+    }
+    /// `measured` says for each landmark whether its target counts (not 0) or is missing (0); empty: all count.
+    result<fit_result> fit_landmarks(span<const float> targets, span<const std::uint8_t> measured,
+                                     const fit_options& options = {}) const {
+        return fitted(options, [&](fit_result& out, span<float> workspace) {
+            return fit_landmarks(targets, measured, options, out.identity, out.pose, out.placement, out.report, workspace);
+        });
+    }
+    /// In the caller's memory: `identity`, `pose` and `place` hold the start and receive the result (options.start is not looked at), and the
+    /// workspace has fit_workspace(options) elements.
+    result<void> fit_landmarks(span<const float> targets, span<const std::uint8_t> measured, const fit_options& options,
+                               span<float> identity, span<float> pose, placement& place, fit_report& report,
+                               span<float> workspace) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_fit_landmarks(&model_, form_of(options), &options.numbers, targets.data(), targets.size(), measured.data(),
+                                     measured.size(), identity.data(), identity.size(), pose.data(), pose.size(), &place,
+                                     workspace.data(), workspace.size() * sizeof(float), &report, reason);
+        });
+    }
+    /// Weights and placement from points whose place on the model is known, see hab_sample.
+    result<fit_result> fit_points(span<const hab_sample> samples, const fit_options& options = {}) const {
+        return fitted(options, [&](fit_result& out, span<float> workspace) {
+            return fit_points(samples, options, out.identity, out.pose, out.placement, out.report, workspace);
+        });
+    }
+    /// In the caller's memory, as above.
+    result<void> fit_points(span<const hab_sample> samples, const fit_options& options, span<float> identity, span<float> pose,
+                            placement& place, fit_report& report, span<float> workspace) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_fit_points(&model_, form_of(options), &options.numbers, samples.data(), samples.size(), identity.data(),
+                                  identity.size(), pose.data(), pose.size(), &place, workspace.data(),
+                                  workspace.size() * sizeof(float), &report, reason);
+        });
+    }
+    /// Elements of workspace that a fit with these options needs.
+    std::size_t fit_workspace(const fit_options& options = {}) const noexcept {
+        const auto [identity, pose] = free_dims(options);
+        return hab_fit_workspace_bytes(identity, pose, options.numbers.frame) / sizeof(float);
+    }
+
+    /// For functions of habitus.h.
+    const hab_model* c_model() const noexcept { return &model_; }
+
+protected:
+    model() noexcept = default;
+    /// Forgets the bytes: every call answers HAB_NOT_OPENED.
+    void close() noexcept {
+        model_ = {};
+        counts_ = {};
+    }
+
+private:
+    static const hab_prepared* form_of(const fit_options& options) noexcept {
+        return options.form != nullptr ? options.form->c_form() : nullptr;
+    }
+    static error mismatch(std::uint32_t expected, std::size_t found) noexcept {
+        const auto shown = static_cast<std::uint32_t>(found < UINT32_MAX ? found : UINT32_MAX);
+        return error(HAB_DIMENSION_MISMATCH, expected, shown);
+    }
+    static result<void> within(std::uint32_t first, std::uint32_t count, std::uint32_t limit) noexcept {
+        if (first <= limit && count <= limit - first) {
+            return {};
+        }
+        return error(HAB_INDEX_OUT_OF_RANGE, first <= UINT32_MAX - count ? first + count : UINT32_MAX, limit);
+    }
+    template <class T>
+    result<std::vector<T>> all(std::uint32_t section_id, std::size_t size) const {
+        return detail::filled<T>(size, [&](span<T> out) { return read(section_id, out); });
+    }
+    template <class T>
+    result<void> exactly(std::uint32_t section_id, std::size_t size, span<T> out) const noexcept {
+        if (out.size() != size) {
+            return mismatch(static_cast<std::uint32_t>(size), out.size());
+        }
+        return read(section_id, out);
+    }
+    template <class Find>
+    result<hab_section> a_section(Find find) const noexcept {
+        hab_section found{};
+        found.struct_bytes = sizeof found;
+        const result<void> done = detail::called([&](hab_error_detail* reason) { return find(&found, reason); });
+        if (!done) {
+            return done.error();
+        }
+        return found;
+    }
+    result<std::vector<std::string_view>> texts(std::uint32_t section_id, std::uint32_t count) const {
+        std::vector<std::string_view> out;
+        out.reserve(count);
+        for (std::uint32_t line = 0; line < count; ++line) {
+            const result<std::string_view> found = text(section_id, line);
+            if (!found) {
+                return found.error();
+            }
+            out.push_back(*found);
+        }
+        return result<std::vector<std::string_view>>(std::move(out));
+    }
+    /// Weights that a fit seeks; those of a fixed mode are none.
+    std::pair<std::uint32_t, std::uint32_t> free_dims(const fit_options& options) const noexcept {
+        const bool fixes_identity = options.form != nullptr && options.form->fixed() == mode::identity;
+        const bool fixes_pose = options.form != nullptr && options.form->fixed() == mode::pose;
+        return {fixes_identity ? 0 : identity_dim(), fixes_pose ? 0 : pose_dim()};
+    }
+    result<std::vector<float>> start_of(mode of, std::uint32_t dim, const fit_options& options) const {
+        if (dim == 0) {
+            return std::vector<float>();
+        }
+        if (options.start != nullptr) {
+            return of == mode::identity ? options.start->identity : options.start->pose;
+        }
+        result<std::vector<float>> found = mean(of);
+        // A model without statistics: zero is as good a start as any.
+        return found.error() == HAB_UNSUPPORTED ? result<std::vector<float>>(std::vector<float>(dim)) : found;
+    }
+    template <class Run>
+    result<fit_result> fitted(const fit_options& options, Run run) const {
+        const auto [identity_free, pose_free] = free_dims(options);
+        result<std::vector<float>> identity = start_of(mode::identity, identity_free, options);
+        if (!identity) {
+            return identity.error();
+        }
+        result<std::vector<float>> pose = start_of(mode::pose, pose_free, options);
+        if (!pose) {
+            return pose.error();
+        }
+        fit_result out;
+        out.identity = *std::move(identity);
+        out.pose = *std::move(pose);
+        if (options.start != nullptr) {
+            out.placement = options.start->placement;
+        }
+        std::vector<float> workspace(fit_workspace(options));
+        if (const result<void> done = run(out, span<float>(workspace)); !done) {
+            return done.error();
+        }
+        return result<fit_result>(std::move(out));
+    }
+
+    hab_model model_{};
+    hab_counts counts_{};
+};
+
+/// A model with its bytes. Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED. A copy of its `model` part is a view
+/// that lives no longer than it.
+class model_file : public model {
+public:
+    /// Takes the bytes of a file.
+    static result<model_file> open(std::vector<std::uint8_t> bytes, checksums sums = checksums::verify) noexcept {
+        // A vector keeps its elements where they are when it is moved.
+        const result<model> opened = model::open(span<const std::uint8_t>(bytes), sums);
+        if (!opened) {
+            return opened.error();
+        }
+        return result<model_file>(model_file(*opened, std::move(bytes)));
+    }
+    /// Reads a file; an error may have the code file_not_read.
+    static result<model_file> read(const std::string& path, checksums sums = checksums::verify) {
+        const auto unreadable = [] { return error(file_not_read, static_cast<std::uint32_t>(errno != 0 ? errno : EIO)); };
+        errno = 0;
+        std::ifstream file(path, std::ios::binary | std::ios::ate);
+        const std::streamoff size = file ? static_cast<std::streamoff>(file.tellg()) : -1;
+        // A folder opens on some systems, and then seems to be as large as can be.
+        if (size < 0 || size == std::numeric_limits<std::streamoff>::max()) {
+            return unreadable();
+        }
+        std::vector<std::uint8_t> bytes(static_cast<std::size_t>(size));
+        if (!file.seekg(0).read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size))) {
+            return unreadable();
+        }
+        return open(std::move(bytes), sums);
+    }
+    using model::read;
+
+    model_file(model_file&& other) noexcept : model(other), bytes_(std::move(other.bytes_)) { other.close(); }
+    model_file& operator=(model_file&& other) noexcept {
+        if (this != &other) {
+            model::operator=(other);
+            bytes_ = std::move(other.bytes_);
+            other.close();
+        }
+        return *this;
+    }
+    model_file(const model_file&) = delete;
+    model_file& operator=(const model_file&) = delete;
+    ~model_file() = default;
+
+    span<const std::uint8_t> bytes() const noexcept { return bytes_; }
+
+private:
+    model_file(const model& opened, std::vector<std::uint8_t>&& bytes) noexcept : model(opened), bytes_(std::move(bytes)) {}
+
+    std::vector<std::uint8_t> bytes_;
+};
+
+/// Whether the library that runs is new enough for the header that the program was compiled with.
+inline bool library_is_new_enough() noexcept { return hab_abi_version() >= HAB_ABI_VERSION; }
+
+} // namespace habitus
+
+#undef HABITUS_EXCEPTIONS_
+
+#endif // HABITUS_HPP

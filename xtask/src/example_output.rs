@@ -1,0 +1,143 @@
+//! What the examples for C and C++ must print and write, however they were built.
+
+use crate::c_program::Language;
+use crate::process::project;
+use std::path::PathBuf;
+
+/// Most that the fitted face may be away from the known one, millimetres: landmarks without noise and gentle priors leave less.
+const CLOSE: f32 = 0.2;
+
+/// One of the two.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Example {
+    /// examples/c.
+    C,
+    /// examples/cpp.
+    Cpp,
+}
+
+impl Example {
+    /// Its folder below examples/.
+    pub fn folder(self) -> &'static str {
+        match self {
+            Example::C => "c",
+            Example::Cpp => "cpp",
+        }
+    }
+
+    /// Its folder.
+    pub fn source_folder(self) -> PathBuf {
+        project().join("examples").join(self.folder())
+    }
+
+    /// Its source.
+    pub fn source(self) -> PathBuf {
+        self.source_folder().join(format!("face.{}", self.folder()))
+    }
+
+    /// The language that it is compiled as.
+    pub fn language(self) -> Language {
+        match self {
+            Example::C => Language::C99,
+            Example::Cpp => Language::Cpp17,
+        }
+    }
+
+    /// CMake's name of the language.
+    pub fn cmake_language(self) -> &'static str {
+        match self {
+            Example::C => "C",
+            Example::Cpp => "CXX",
+        }
+    }
+
+    /// Make's variable for the compiler's flags.
+    pub fn flags_variable(self) -> &'static str {
+        match self {
+            Example::C => "CFLAGS",
+            Example::Cpp => "CXXFLAGS",
+        }
+    }
+}
+
+/// What was found in a few words, or the fault.
+pub fn found(example: Example, text: &str, obj: &str) -> Result<String, String> {
+    let mut counts = numbers(text.lines().next().unwrap_or_default()).into_iter();
+    let (Some(vertices), Some(faces)) = (counts.next(), counts.next()) else {
+        return Err(String::from("the first line has no counts"));
+    };
+    let line = |start: &str| {
+        let line = text.lines().find(|line| line.starts_with(start));
+        line.ok_or_else(|| format!("no line begins with `{start}`"))
+    };
+    let fit = line("fit: ")?;
+    if !fit.ends_with(", converged") {
+        return Err(String::from("the fit did not converge"));
+    }
+    let mut distances = vec![line("mesh: ")?];
+    if example == Example::Cpp {
+        distances.push(line("next picture: ")?);
+    }
+    let mut shown = Vec::new();
+    for line in distances {
+        let distance = numbers(line).first().copied().ok_or_else(|| format!("no distance in `{line}`"))?;
+        if !(distance < CLOSE) {
+            return Err(format!("`{line}` where less than {CLOSE} mm was expected"));
+        }
+        shown.push(format!("{distance} mm"));
+    }
+    mesh(obj, vertices as usize, faces as usize)?;
+    Ok(format!("{vertices} vertices, {}", shown.join(", ")))
+}
+
+/// Fails unless a text is a mesh of so many vertices and triangles, 40 cm away as the example places it.
+fn mesh(obj: &str, vertices: usize, faces: usize) -> Result<(), String> {
+    let (mut n_vertices, mut n_faces, mut depth) = (0, 0, 0.0);
+    for (number, line) in obj.lines().enumerate() {
+        let values = numbers(line);
+        let fits = match (line.get(..2), values.as_slice()) {
+            (Some("v "), [_, _, z]) if values.iter().all(|value| value.is_finite()) => {
+                n_vertices += 1;
+                depth += f64::from(*z);
+                true
+            }
+            (Some("f "), [_, _, _]) => {
+                n_faces += 1;
+                values.iter().all(|value| *value >= 1.0 && *value <= vertices as f32)
+            }
+            _ => false,
+        };
+        if !fits {
+            return Err(format!("line {} of the OBJ is neither vertex nor triangle: `{line}`", number + 1));
+        }
+    }
+    let depth = depth / n_vertices as f64;
+    if (n_vertices, n_faces) != (vertices, faces) || !((300.0..500.0).contains(&depth)) {
+        return Err(format!("the OBJ has {n_vertices} vertices, {n_faces} triangles, and lies {depth:.0} mm away"));
+    }
+    Ok(())
+}
+
+/// The numbers among the words of a line.
+fn numbers(line: &str) -> Vec<f32> {
+    line.split_whitespace().filter_map(|word| word.trim_matches(',').parse().ok()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = "3 vertices, 1 triangles, 6 identity weights\nfit: 0.041 mm over 13 landmarks, converged\nmesh: 0.058 mm away\n";
+    const OBJ: &str = "v 0 0 400\nv 1 0 400\nv 0 1 400\nf 1 2 3\n";
+
+    #[test]
+    fn a_sound_run_is_found_and_a_fault_is_named() {
+        assert_eq!(found(Example::C, TEXT, OBJ).unwrap(), "3 vertices, 0.058 mm");
+        assert!(found(Example::Cpp, TEXT, OBJ).unwrap_err().contains("next picture"));
+        assert!(found(Example::C, &TEXT.replace("0.058", "nan"), OBJ).is_err());
+        assert!(found(Example::C, &TEXT.replace(", conv", ", not conv"), OBJ).is_err());
+        for (from, to) in [("f 1", "f 4"), ("v 1 0 400", "v 1 0"), ("400", "4"), ("v 0 0 400\n", "")] {
+            assert!(found(Example::C, TEXT, &OBJ.replace(from, to)).is_err(), "{from}");
+        }
+    }
+}

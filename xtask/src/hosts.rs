@@ -1,0 +1,303 @@
+//! `cargo xtask hosts`: the libraries for C and C++ as their users meet them.
+//!
+//! Installs into a fresh folder and moves it; builds the examples from there by CMake and by pkg-config, with the shared and with the static library;
+//! compares what they print and write; runs them and the programs of tests/hosts under sanitizers and Valgrind; prints the misuse table.
+
+use crate::c_library::{self, Libraries, TARGET};
+use crate::c_program::{Language, SANITIZERS, WARNINGS, accepted, compiled, printed, tool, under_valgrind};
+use crate::example_output::{self, Example};
+use crate::header::layout_entries;
+use crate::install::installed;
+use crate::process::{Failure, Result, cargo_in, project, succeed, target_dir};
+use serde_json::json;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::Mutex;
+use std::time::Instant;
+
+/// The model that the programs open.
+const MODEL: &str = "examples/firmware/models/face.hab";
+
+/// Options of `cargo xtask hosts`.
+#[derive(clap::Args)]
+pub struct Options {
+    /// Print checks, sizes and misuse table as JSON, and nothing else, on standard output.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Where everything is.
+struct Place {
+    prefix: PathBuf,
+    /// For builds; empty at first.
+    scratch: PathBuf,
+    /// A static library with the list of Rust's layout.
+    layout_library: PathBuf,
+    model: PathBuf,
+}
+
+/// A check of its own: name, and what it found in a few words.
+type Check = (String, Box<dyn Fn(&Place) -> Result<String> + Send + Sync>);
+
+/// Installs, builds, runs, prints.
+pub fn run(options: &Options) -> Result<()> {
+    for (name, package) in
+        [("cmake", "cmake"), ("make", "make"), ("pkg-config", "pkg-config"), ("valgrind", "valgrind"), ("c++", "g++")]
+    {
+        tool(name, package)?;
+    }
+    let libraries = c_library::built("library")?;
+    let place = placed(&libraries)?;
+    let checks = checks();
+    let start = Instant::now();
+    let results = all_run(&checks, &place);
+    let mut rows = Vec::new();
+    for ((name, _), result) in checks.iter().zip(results) {
+        let found = result
+            .map_err(|Failure { sentence, status }| Failure { sentence: format!("{name}: {sentence}"), status })?;
+        rows.push((name.as_str(), found));
+    }
+    for example in [Example::C, Example::Cpp] {
+        let found = format!("{} meshes of the same bytes", same_meshes(&place, example)?);
+        rows.push((if example == Example::C { "examples/c, every build" } else { "examples/cpp, every build" }, found));
+    }
+    let misuse = printed(Command::new(place.scratch.join("misuse")).arg(&place.model))?;
+    let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
+    let sizes =
+        [("shared library", size(&libraries.shared_library)), ("static library", size(&libraries.static_library))];
+    if options.json {
+        let rows: Vec<_> = rows.iter().map(|(check, found)| json!({ "check": check, "found": found })).collect();
+        let misuse: Vec<Vec<_>> =
+            table(&misuse).skip(2).map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect();
+        let sizes: serde_json::Map<_, _> =
+            sizes.iter().map(|(name, bytes)| ((*name).to_owned(), json!(bytes))).collect();
+        println!("{:#}", json!({ "checks": rows, "misuse": misuse, "bytes": sizes }));
+        return Ok(());
+    }
+    println!("{misuse}");
+    println!("| check | found |\n|---|---|");
+    rows.iter().for_each(|(check, found)| println!("| {check} | {found} |"));
+    println!("\n| library | bytes |\n|---|---|");
+    sizes.iter().for_each(|(name, bytes)| println!("| {name} | {bytes} |"));
+    println!("{} checks in {:.0} s after the build of the library", rows.len(), start.elapsed().as_secs_f32());
+    Ok(())
+}
+
+fn table(text: &str) -> impl Iterator<Item = &str> {
+    text.lines().filter(|line| line.starts_with('|'))
+}
+
+/// A fresh prefix, moved after the installation; the library with the layout; an empty folder for programs.
+fn placed(libraries: &Libraries) -> Result<Place> {
+    let folder = target_dir(TARGET).join("check");
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    if folder.exists() {
+        std::fs::remove_dir_all(&folder).map_err(failed)?;
+    }
+    let (first, prefix, scratch) = (folder.join("first"), folder.join("moved/prefix"), folder.join("build"));
+    std::fs::create_dir_all(&scratch).map_err(failed)?;
+    std::fs::create_dir_all(folder.join("moved")).map_err(failed)?;
+    let paths = installed(libraries, &first)?;
+    std::fs::rename(&first, &prefix).map_err(failed)?;
+    for path in paths {
+        let path = path.strip_prefix(&first).map_or_else(|_| path.clone(), |inside| prefix.join(inside));
+        let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
+        for named in [&*first.to_string_lossy(), &*project().to_string_lossy()] {
+            if bytes.windows(named.len()).any(|window| window == named.as_bytes()) {
+                return Err(format!("{} contains the path {named}: it cannot be moved", path.display()).into());
+            }
+        }
+    }
+    succeed(&mut cargo_in(
+        "ffi",
+        TARGET,
+        &["rustc", "--quiet", "--lib", "--crate-type", "staticlib", "--features", "layout"],
+    ))?;
+    let layout_library = target_dir(TARGET).join("debug/libhabitus_ffi.a");
+    layout_entries(&scratch)?;
+    for example in [Example::C, Example::Cpp] {
+        std::fs::create_dir_all(scratch.join("meshes").join(example.folder())).map_err(failed)?;
+    }
+    Ok(Place { prefix, scratch, layout_library, model: project().join(MODEL) })
+}
+
+/// Two at a time, in order; a failed one does not stop the others.
+fn all_run(checks: &[Check], place: &Place) -> Vec<Result<String>> {
+    let next = Mutex::new(checks.iter().enumerate());
+    let results = Mutex::new(Vec::new());
+    std::thread::scope(|scope| {
+        for _ in 0..2 {
+            scope.spawn(|| {
+                loop {
+                    let taken = next.lock().ok().and_then(|mut next| next.next());
+                    let Some((number, (_, check))) = taken else { break };
+                    let result = check(place);
+                    if let Ok(mut results) = results.lock() {
+                        results.push((number, result));
+                    }
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().unwrap_or_default();
+    results.sort_by_key(|(number, _)| *number);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+fn checks() -> Vec<Check> {
+    let mut checks: Vec<Check> = Vec::new();
+    let mut add =
+        |name: &str, check: Box<dyn Fn(&Place) -> Result<String> + Send + Sync>| checks.push((name.to_owned(), check));
+    add("headers alone", Box::new(headers_alone));
+    for example in [Example::C, Example::Cpp] {
+        for (kind, linked) in [("shared", false), ("static", true)] {
+            let name = format!("examples/{}, {kind} library", example.folder());
+            add(&format!("{name}, CMake"), Box::new(move |place| by_cmake(place, example, linked)));
+            add(&format!("{name}, pkg-config"), Box::new(move |place| by_make(place, example, linked)));
+        }
+        let name = format!("examples/{}", example.folder());
+        add(&format!("{name}, sanitizers"), Box::new(move |place| example_sanitized(place, example)));
+        add(&format!("{name}, Valgrind"), Box::new(move |place| example_in_valgrind(place, example)));
+    }
+    add("tests/hosts/layout.c", Box::new(layout));
+    add("tests/hosts/misuse.c", Box::new(|place| host(place, "misuse", Language::C99, &["-O2"], false)));
+    add("tests/hosts/misuse.c, sanitizers", Box::new(|place| host(place, "misuse", Language::C99, &SANITIZERS, false)));
+    add("tests/hosts/misuse.c, Valgrind", Box::new(|place| host(place, "misuse", Language::C99, &["-g"], true)));
+    add("tests/hosts/wrapper.cpp", Box::new(|place| host(place, "wrapper", Language::Cpp17, &["-O2"], false)));
+    add("tests/hosts/wrapper.cpp, C++20", Box::new(|place| host(place, "wrapper", Language::Cpp20, &["-O1"], false)));
+    add(
+        "tests/hosts/wrapper.cpp, no exceptions, no RTTI",
+        Box::new(|place| host(place, "wrapper", Language::Cpp17, &["-fno-exceptions", "-fno-rtti"], false)),
+    );
+    add(
+        "tests/hosts/wrapper.cpp, sanitizers",
+        Box::new(|place| host(place, "wrapper", Language::Cpp17, &SANITIZERS, false)),
+    );
+    add("tests/hosts/wrapper.cpp, Valgrind", Box::new(|place| host(place, "wrapper", Language::Cpp17, &["-g"], true)));
+    checks
+}
+
+/// Each header as the whole of a program.
+fn headers_alone(place: &Place) -> Result<String> {
+    let include = format!("-I{}", place.prefix.join("include").display());
+    let quiet: [&[&str]; 2] = [&[], &["-fno-exceptions", "-fno-rtti"]];
+    let mut count = 0;
+    for (header, languages) in [
+        ("habitus.h", &[Language::C99, Language::Cpp17, Language::Cpp20][..]),
+        ("habitus.hpp", &[Language::Cpp17, Language::Cpp20]),
+    ] {
+        for &language in languages {
+            let suffix = if language == Language::C99 { "c" } else { "cpp" };
+            let source = place.scratch.join(format!("{header}.{suffix}"));
+            std::fs::write(&source, format!("#include <{header}>\n"))
+                .map_err(|error| format!("{}: {error}", source.display()))?;
+            for flags in quiet.iter().take(if language == Language::C99 { 1 } else { 2 }) {
+                accepted(language, &[&[include.as_str()], *flags].concat(), &source)?;
+                count += 1;
+            }
+        }
+    }
+    Ok(format!("{count} compilations, no warning"))
+}
+
+fn by_cmake(place: &Place, example: Example, linked: bool) -> Result<String> {
+    let build = place.scratch.join(format!("cmake-{}-{linked}", example.folder()));
+    let flags = format!("-DCMAKE_{}_FLAGS={}", example.cmake_language(), WARNINGS.join(" "));
+    let mut configure = Command::new("cmake");
+    configure.args(["-Wno-dev", "--log-level=ERROR", "-DCMAKE_BUILD_TYPE=Release"]).arg(flags);
+    configure.arg(format!("-DCMAKE_PREFIX_PATH={}", place.prefix.display()));
+    configure.arg(format!("-DSTATIC={}", if linked { "ON" } else { "OFF" }));
+    printed(configure.arg("-S").arg(example.source_folder()).arg("-B").arg(&build))?;
+    printed(Command::new("cmake").arg("--build").arg(&build))?;
+    example_run(place, example, Command::new(build.join("face")), if linked { "cmake-static" } else { "cmake-shared" })
+}
+
+fn by_make(place: &Place, example: Example, linked: bool) -> Result<String> {
+    let build = place.scratch.join(format!("make-{}-{linked}", example.folder()));
+    std::fs::create_dir_all(&build).map_err(|error| format!("{}: {error}", build.display()))?;
+    let source = example.source_folder();
+    let mut make = Command::new("make");
+    make.current_dir(&build).arg("-f").arg(source.join("Makefile")).arg(format!("VPATH={}", source.display()));
+    make.arg(format!("{}=-O2 {}", example.flags_variable(), WARNINGS.join(" ")));
+    make.env("PKG_CONFIG_PATH", place.prefix.join("lib/pkgconfig"));
+    if linked {
+        make.arg("STATIC=1");
+    }
+    printed(&mut make)?;
+    example_run(place, example, Command::new(build.join("face")), if linked { "make-static" } else { "make-shared" })
+}
+
+fn example_sanitized(place: &Place, example: Example) -> Result<String> {
+    let program = example_compiled(place, example, "sanitized", &SANITIZERS)?;
+    example_run(place, example, Command::new(&program), "sanitized")
+}
+
+fn example_in_valgrind(place: &Place, example: Example) -> Result<String> {
+    let program = example_compiled(place, example, "valgrind", &["-g", "-O1"])?;
+    example_run(place, example, under_valgrind(&program), "valgrind")
+}
+
+fn example_compiled(place: &Place, example: Example, name: &str, flags: &[&str]) -> Result<PathBuf> {
+    let program = place.scratch.join(format!("face-{}-{name}", example.folder()));
+    compiled(example.language(), &example.source(), &with_library(place, flags), &program)
+}
+
+/// Flags with the installed header and static library.
+fn with_library(place: &Place, flags: &[&str]) -> Vec<String> {
+    let include = format!("-I{}", place.prefix.join("include").display());
+    let library = place.prefix.join("lib/libhabitus.a").display().to_string();
+    flags.iter().map(|flag| (*flag).to_owned()).chain([include, library]).collect()
+}
+
+/// Runs an example; its mesh goes to the folder where [`same_meshes`] looks.
+fn example_run(place: &Place, example: Example, mut command: Command, way: &str) -> Result<String> {
+    let obj = meshes(place, example).join(format!("{way}.obj"));
+    let text = printed(command.arg(&place.model).arg(&obj))?;
+    let obj = std::fs::read_to_string(&obj).map_err(|error| format!("{}: {error}", obj.display()))?;
+    example_output::found(example, &text, &obj).map_err(|fault| format!("{fault}\n{text}").into())
+}
+
+fn meshes(place: &Place, example: Example) -> PathBuf {
+    place.scratch.join("meshes").join(example.folder())
+}
+
+/// Fails unless an example wrote the same bytes whichever way it was built; returns the number of meshes.
+fn same_meshes(place: &Place, example: Example) -> Result<usize> {
+    let folder = meshes(place, example);
+    let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
+    let mut all = Vec::new();
+    for entry in std::fs::read_dir(&folder).map_err(failed)? {
+        all.push(std::fs::read(entry.map_err(failed)?.path()).map_err(failed)?);
+    }
+    if all.windows(2).any(|pair| pair[0] != pair[1]) {
+        return Err(format!("the meshes in {} differ", folder.display()).into());
+    }
+    Ok(all.len())
+}
+
+/// A program of tests/hosts with the static library; its last line is what it found.
+fn host(place: &Place, name: &str, language: Language, flags: &[&str], valgrind: bool) -> Result<String> {
+    let suffix = if language == Language::C99 { "c" } else { "cpp" };
+    let source = project().join(format!("tests/hosts/{name}.{suffix}"));
+    // The plain one keeps its name: its output is shown.
+    let way = if flags == ["-O2"] { String::new() } else { flags.concat().replace([',', '='], "") };
+    let program =
+        compiled(language, &source, &with_library(place, flags), &place.scratch.join(format!("{name}{way}")))?;
+    let mut command = if valgrind { under_valgrind(&program) } else { Command::new(&program) };
+    let text = printed(command.arg(&place.model))?;
+    Ok(text.lines().last().unwrap_or_default().to_owned())
+}
+
+fn layout(place: &Place) -> Result<String> {
+    let include = [format!("-I{}", place.prefix.join("include").display()), format!("-I{}", place.scratch.display())];
+    let library = place.layout_library.display().to_string();
+    // This library is Rust's own, with the standard library and what that needs.
+    let inputs = include
+        .into_iter()
+        .chain([library])
+        .chain(["-lgcc_s", "-lpthread", "-ldl"].map(str::to_owned))
+        .collect::<Vec<_>>();
+    let source = project().join("tests/hosts/layout.c");
+    let program = compiled(Language::C99, &source, &inputs, &place.scratch.join("layout"))?;
+    Ok(printed(&mut Command::new(program))?.trim().to_owned())
+}
