@@ -6,8 +6,9 @@
  *     hab_model_open(bytes, bytes_len, &model, NULL);     checked once, read in place
  *     hab_model_evaluate(&model, identity, 4, pose, 3, positions, 3 * n_vertices, NULL);
  *
- * Every function that can fail returns a hab_code, HAB_OK = 0 when all is well. What it writes is untouched when it fails. The last argument, where
- * there is one, is null or a hab_error_detail that a failure fills in; hab_error_format makes a line of it.
+ * Every function that can fail returns a hab_code, HAB_OK = 0 when all is well. When it fails, its outputs are untouched; only a workspace, which is
+ * scratch, may have changed. The last argument, where there is one, is null or a hab_error_detail that a failure fills in; hab_error_format makes a
+ * line of it.
  *
  * Memory is the caller's. The library allocates nothing, keeps no state, starts no thread, and never ends the program. Arguments are inputs when their
  * type is const. What is written must not overlap anything else (HAB_OVERLAP). Lengths count elements, those whose name ends in _bytes count bytes.
