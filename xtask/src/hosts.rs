@@ -36,8 +36,10 @@ struct Place {
     model: PathBuf,
 }
 
-/// A check of its own: name, and what it found in a few words.
-type Check = (String, Box<dyn Fn(&Place) -> Result<String> + Send + Sync>);
+/// Says what it found in a few words.
+type Finding = Box<dyn Fn(&Place) -> Result<String> + Send + Sync>;
+/// A finding and its name.
+type Check = (String, Finding);
 
 /// Installs, builds, runs, prints.
 pub fn run(options: &Options) -> Result<()> {
@@ -146,8 +148,7 @@ fn all_run(checks: &[Check], place: &Place) -> Vec<Result<String>> {
 
 fn checks() -> Vec<Check> {
     let mut checks: Vec<Check> = Vec::new();
-    let mut add =
-        |name: &str, check: Box<dyn Fn(&Place) -> Result<String> + Send + Sync>| checks.push((name.to_owned(), check));
+    let mut add = |name: &str, check: Finding| checks.push((name.to_owned(), check));
     add("headers alone", Box::new(headers_alone));
     for example in [Example::C, Example::Cpp] {
         for (kind, linked) in [("shared", false), ("static", true)] {
