@@ -36,8 +36,10 @@ struct Place {
     model: PathBuf,
 }
 
-/// A check of its own: name, and what it found in a few words.
-type Check = (String, Box<dyn Fn(&Place) -> Result<String> + Send + Sync>);
+/// Says what it found in a few words.
+type Finding = Box<dyn Fn(&Place) -> Result<String> + Send + Sync>;
+/// A finding and its name.
+type Check = (String, Finding);
 
 /// Installs, builds, runs, prints.
 pub fn run(options: &Options) -> Result<()> {
@@ -146,8 +148,7 @@ fn all_run(checks: &[Check], place: &Place) -> Vec<Result<String>> {
 
 fn checks() -> Vec<Check> {
     let mut checks: Vec<Check> = Vec::new();
-    let mut add =
-        |name: &str, check: Box<dyn Fn(&Place) -> Result<String> + Send + Sync>| checks.push((name.to_owned(), check));
+    let mut add = |name: &str, check: Finding| checks.push((name.to_owned(), check));
     add("headers alone", Box::new(headers_alone));
     for example in [Example::C, Example::Cpp] {
         for (kind, linked) in [("shared", false), ("static", true)] {
@@ -158,6 +159,10 @@ fn checks() -> Vec<Check> {
         let name = format!("examples/{}", example.folder());
         add(&format!("{name}, sanitizers"), Box::new(move |place| example_sanitized(place, example)));
         add(&format!("{name}, Valgrind"), Box::new(move |place| example_in_valgrind(place, example)));
+    }
+    for language in [Language::C99, Language::Cpp17] {
+        let name = if language == Language::C99 { "README.md, C" } else { "README.md, C++" };
+        add(name, Box::new(move |place| readme(place, language)));
     }
     add("tests/hosts/layout.c", Box::new(layout));
     add("tests/hosts/misuse.c", Box::new(|place| host(place, "misuse", Language::C99, &["-O2"], false)));
@@ -286,6 +291,20 @@ fn host(place: &Place, name: &str, language: Language, flags: &[&str], valgrind:
     let mut command = if valgrind { under_valgrind(&program) } else { Command::new(&program) };
     let text = printed(command.arg(&place.model))?;
     Ok(text.lines().last().unwrap_or_default().to_owned())
+}
+
+/// The program of the README in a language; its last line is what it found.
+fn readme(place: &Place, language: Language) -> Result<String> {
+    let fence = if language == Language::C99 { "c" } else { "cpp" };
+    let text = std::fs::read_to_string(project().join("README.md")).map_err(|error| format!("README.md: {error}"))?;
+    let behind = text.split_once(&format!("\n```{fence}\n")).map(|(_, behind)| behind);
+    let program = behind.and_then(|behind| behind.split_once("\n```\n")).map(|(program, _)| program);
+    let program = program.ok_or_else(|| format!("README.md has no block ```{fence}"))?;
+    let source = place.scratch.join(format!("readme.{fence}"));
+    std::fs::write(&source, format!("{program}\n")).map_err(|error| format!("{}: {error}", source.display()))?;
+    let program =
+        compiled(language, &source, &with_library(place, &SANITIZERS), &place.scratch.join(format!("readme-{fence}")))?;
+    Ok(printed(Command::new(program).arg(&place.model))?.trim().to_owned())
 }
 
 fn layout(place: &Place) -> Result<String> {
