@@ -8,7 +8,7 @@ use crate::golden::{Interface, Run, VECTORS};
 use crate::install::installed;
 use crate::no_panic::MEMORY_FUNCTIONS;
 use crate::process::{Result, ended, output, project, succeed, target_dir};
-use crate::targets::{Target, number};
+use crate::targets::Target;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -117,5 +117,7 @@ fn version(compiler: &Command) -> String {
         "c++" => "g++",
         name => name,
     };
-    format!("{name} {}", number(text.lines().next().unwrap_or_default()))
+    // GCC's; what a distribution adds to the first line is no part of it.
+    let full = output(Command::new(program).args(["-dumpfullversion", "-dumpversion"])).unwrap_or_default();
+    format!("{name} {}", full.trim())
 }
