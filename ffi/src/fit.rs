@@ -1,20 +1,20 @@
 //! From landmarks or corresponding points to weights and placement.
 
 use habitus_core::Error;
-use habitus_core::fit::{FitOptions, FitReport, Frame, Sample, Samples, SurfacePoint, fit_points_req};
-use habitus_core::format::{Indices, Mode, SectionId};
+use habitus_core::fit::{FitOptions, FitReport, Frame, fit_points_req};
+use habitus_core::format::{Mode, SectionId};
 use habitus_core::generator::Generator;
-use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::prepared::Prepared;
 use habitus_core::prior::Prior;
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::levenberg_marquardt::{Limits, Status};
 use habitus_dispatch as kernel;
 
 use crate::code::{Refusal, hab_code, hab_error_detail};
+use crate::measurements::{Landmarks, Measurements};
 use crate::memory::{Arguments, Input, OutObject, Output, call};
-use crate::model::{Opened, hab_model, opened};
-use crate::prepared::{formed, hab_prepared};
+use crate::model::hab_model;
+use crate::prepared::hab_prepared;
+use crate::shape::Shape;
 
 /// Which motions of the placement a fit seeks beside the weights; hab_fit_options takes it as a uint32_t.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -199,7 +199,7 @@ pub unsafe extern "C" fn hab_fit_landmarks(
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
         // SAFETY: the caller's promise.
-        let generator = unsafe { Shape::of(arguments, model, prepared)? };
+        let shape = unsafe { Shape::of(arguments, model, prepared)? };
         // SAFETY: the caller's promise.
         let options = unsafe { checked_options(arguments, options)? };
         let targets = arguments.input(4, targets, targets_len)?;
@@ -213,9 +213,9 @@ pub unsafe extern "C" fn hab_fit_landmarks(
         };
         // SAFETY: the caller's promise.
         let (targets, measured) = unsafe { (targets.slice(), measured.slice()) };
-        let landmarks = Landmarks::new(generator.model, targets, measured)?;
+        let landmarks = Landmarks::new(shape.model(), targets, measured)?;
         // SAFETY: the caller's promise.
-        unsafe { fitted(&generator, &options, &Measurements::Landmarks(landmarks), &memory) }
+        unsafe { fitted(&shape, &options, &Measurements::Landmarks(landmarks), &memory) }
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 16, body) }
@@ -247,7 +247,7 @@ pub unsafe extern "C" fn hab_fit_points(
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
         // SAFETY: the caller's promise.
-        let generator = unsafe { Shape::of(arguments, model, prepared)? };
+        let shape = unsafe { Shape::of(arguments, model, prepared)? };
         // SAFETY: the caller's promise.
         let options = unsafe { checked_options(arguments, options)? };
         let samples: Input<hab_sample> = arguments.input(4, samples, samples_len)?;
@@ -259,41 +259,10 @@ pub unsafe extern "C" fn hab_fit_points(
             report: optional(arguments, 13, report)?,
         };
         // SAFETY: the caller's promise.
-        unsafe { fitted(&generator, &options, &Measurements::Points(samples.slice()), &memory) }
+        unsafe { fitted(&shape, &options, &Measurements::Points(samples.slice()), &memory) }
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 14, body) }
-}
-
-/// What is fitted.
-struct Shape<'a> {
-    model: &'a Opened,
-    prepared: Option<&'a Prepared<'static>>,
-}
-
-impl<'a> Shape<'a> {
-    /// # Safety
-    /// As [`opened`] and [`formed`].
-    unsafe fn of(
-        arguments: &mut Arguments,
-        model: *const hab_model,
-        prepared: *const hab_prepared,
-    ) -> Result<Self, Refusal> {
-        // SAFETY: the caller's promise.
-        let model = unsafe { opened(arguments, 1, model)? };
-        if prepared.is_null() {
-            return Ok(Shape { model, prepared: None });
-        }
-        // SAFETY: the caller's promise.
-        let form = unsafe { formed(arguments, 2, prepared)? };
-        // A form of some of the blocks, or of another model, has other vertices.
-        let (expected, found) = (model.generator.vertex_count(), form.vertex_count());
-        if expected != found {
-            let error = Error::DimensionMismatch { expected: expected as u32, found: found as u32 };
-            return Err(Refusal::Kernel(error));
-        }
-        Ok(Shape { model, prepared: Some(form) })
-    }
 }
 
 /// Where a fit reads its start and writes its result.
@@ -362,28 +331,11 @@ unsafe fn fitted(
     samples: &Measurements<'_>,
     memory: &FitMemory,
 ) -> Result<(), Refusal> {
-    match shape.prepared {
-        // SAFETY: the caller's promise.
-        Some(form) => unsafe { fitted_to(form, shape.model, options, samples, memory) },
-        // SAFETY: the caller's promise.
-        None => unsafe { fitted_to::<Bilinear<'_>>(&shape.model.generator, shape.model, options, samples, memory) },
-    }
-}
-
-/// # Safety
-/// As [`fitted`].
-unsafe fn fitted_to<G: Generator>(
-    generator: &G,
-    model: &Opened,
-    options: &hab_fit_options,
-    samples: &Measurements<'_>,
-    memory: &FitMemory,
-) -> Result<(), Refusal> {
     let core_options = FitOptions {
         frame: frame_of(options.frame)?,
         place: options.place != 0,
-        identity_prior: prior(model, Mode::Identity, generator.identity_dim(), options)?,
-        pose_prior: prior(model, Mode::Pose, generator.pose_dim(), options)?,
+        identity_prior: prior(shape, Mode::Identity, options)?,
+        pose_prior: prior(shape, Mode::Pose, options)?,
         noise: options.noise,
         limits: Limits {
             max_iterations: options.max_iterations,
@@ -395,7 +347,7 @@ unsafe fn fitted_to<G: Generator>(
     let (identity, pose, workspace, place) =
         unsafe { (memory.identity.slice(), memory.pose.slice(), memory.workspace.slice(), memory.placement.old()) };
     let mut place = similarity(&place);
-    let report = kernel::fit_points(generator, samples, &core_options, identity, pose, &mut place, workspace)?;
+    let report = kernel::fit_points(shape, samples, &core_options, identity, pose, &mut place, workspace)?;
     // SAFETY: the caller's promise.
     unsafe { memory.placement.set(placement(&place)) };
     if let Some(out) = &memory.report {
@@ -406,15 +358,17 @@ unsafe fn fitted_to<G: Generator>(
 }
 
 /// The prior of a mode; none for a mode that is fixed.
-fn prior<'a>(model: &'a Opened, mode: Mode, dim: usize, options: &hab_fit_options) -> Result<Prior<'a>, Refusal> {
-    let (kind, factor, section) = match mode {
-        Mode::Identity => (options.identity_prior, options.identity_factor, SectionId::IdentityMean),
-        Mode::Pose => (options.pose_prior, options.pose_factor, SectionId::PoseMean),
+fn prior<'a>(shape: &Shape<'a>, mode: Mode, options: &hab_fit_options) -> Result<Prior<'a>, Refusal> {
+    let (dim, kind, factor, section) = match mode {
+        Mode::Identity => {
+            (shape.identity_dim(), options.identity_prior, options.identity_factor, SectionId::IdentityMean)
+        }
+        Mode::Pose => (shape.pose_dim(), options.pose_prior, options.pose_factor, SectionId::PoseMean),
     };
     if kind == hab_prior::HAB_PRIOR_NONE as u32 || dim == 0 {
         return Ok(Prior::None);
     }
-    let gaussian = model.model.gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
+    let gaussian = shape.model().gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
     Ok(if kind == hab_prior::HAB_PRIOR_BOX as u32 {
         Prior::Box(gaussian, factor)
     } else {
@@ -452,64 +406,5 @@ fn reported(report: &FitReport) -> hab_fit_report {
         start_energy: report.start_energy,
         iterations: report.iterations,
         status: status as u32,
-    }
-}
-
-/// C's landmarks as samples.
-struct Landmarks<'a> {
-    vertices: Indices<'a>,
-    targets: &'a [[f32; 3]],
-    measured: &'a [u8],
-}
-
-impl<'a> Landmarks<'a> {
-    fn new(model: &Opened, targets: &'a [f32], measured: &'a [u8]) -> Result<Self, Refusal> {
-        let unsupported = Error::Unsupported { section: SectionId::Landmarks as u32 };
-        let vertices = model.model.landmarks().ok_or(unsupported)?;
-        let mismatch = |expected: usize, found: usize| {
-            let found = u32::try_from(found).unwrap_or(u32::MAX);
-            Refusal::Kernel(Error::DimensionMismatch { expected: expected as u32, found })
-        };
-        if targets.len() != 3 * vertices.len() {
-            return Err(mismatch(3 * vertices.len(), targets.len()));
-        }
-        if !measured.is_empty() && measured.len() != vertices.len() {
-            return Err(mismatch(vertices.len(), measured.len()));
-        }
-        Ok(Landmarks { vertices, targets: targets.as_chunks().0, measured })
-    }
-}
-
-/// What was measured. One type for both entries: the solver is compiled for every vector width and generator, 40 KB each.
-enum Measurements<'a> {
-    Landmarks(Landmarks<'a>),
-    Points(&'a [hab_sample]),
-}
-
-impl Samples for Measurements<'_> {
-    fn len(&self) -> usize {
-        match self {
-            Measurements::Landmarks(landmarks) => landmarks.targets.len(),
-            Measurements::Points(points) => points.len(),
-        }
-    }
-
-    #[inline(always)]
-    fn get(&self, index: usize) -> Option<Sample> {
-        match self {
-            Measurements::Landmarks(landmarks) => {
-                if landmarks.measured.get(index) == Some(&0) {
-                    return None;
-                }
-                let point = SurfacePoint::vertex(landmarks.vertices.get(index)?);
-                Some(Sample { point, target: *landmarks.targets.get(index)?, normal: None, weight: 1.0 })
-            }
-            Measurements::Points(points) => {
-                let sample = points.get(index)?;
-                let point = SurfacePoint { vertices: sample.vertices, barycentric: sample.barycentric };
-                let normal = (sample.normal != [0.0; 3]).then_some(sample.normal);
-                Some(Sample { point, target: sample.target, normal, weight: sample.weight })
-            }
-        }
     }
 }

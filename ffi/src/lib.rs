@@ -20,10 +20,12 @@ pub mod evaluate;
 pub mod fit;
 #[cfg(feature = "layout")]
 pub mod layout;
+mod measurements;
 mod memory;
 pub mod model;
 pub mod prepared;
 pub mod sections;
+mod shape;
 #[cfg(target_arch = "wasm32")]
 mod wasm_layout;
 

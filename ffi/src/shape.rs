@@ -1,0 +1,107 @@
+//! What a fit is made to: a model, or a prepared form of it, as one generator.
+//!
+//! One type for both: the solver is 40 KB of code for every vector width, and the choice costs a branch per block of vertices.
+
+use habitus_core::Error;
+use habitus_core::format::Model;
+use habitus_core::generator::prepared::Prepared;
+use habitus_core::generator::{Block, Generator, NUMBERS, Weights};
+
+use crate::code::Refusal;
+use crate::memory::Arguments;
+use crate::model::{Opened, hab_model, opened};
+use crate::prepared::{formed, hab_prepared};
+
+/// A model and perhaps a form of all its blocks.
+pub(crate) struct Shape<'a> {
+    opened: &'a Opened,
+    form: Option<&'a Prepared<'static>>,
+}
+
+impl<'a> Shape<'a> {
+    /// Of the arguments 1 and 2.
+    ///
+    /// # Safety
+    /// As [`opened`] and [`formed`].
+    pub(crate) unsafe fn of(
+        arguments: &mut Arguments,
+        model: *const hab_model,
+        prepared: *const hab_prepared,
+    ) -> Result<Self, Refusal> {
+        // SAFETY: the caller's promise.
+        let opened = unsafe { opened(arguments, 1, model)? };
+        if prepared.is_null() {
+            return Ok(Shape { opened, form: None });
+        }
+        // SAFETY: the caller's promise.
+        let form = unsafe { formed(arguments, 2, prepared)? };
+        // A form of some of the blocks, or of another model, has other vertices.
+        let (expected, found) = (opened.generator.vertex_count(), form.vertex_count());
+        if expected != found {
+            let error = Error::DimensionMismatch { expected: expected as u32, found: found as u32 };
+            return Err(Refusal::Kernel(error));
+        }
+        Ok(Shape { opened, form: Some(form) })
+    }
+
+    pub(crate) fn model(&self) -> &'a Model<'static> {
+        &self.opened.model
+    }
+}
+
+/// Calls a method of the form, or of the whole model.
+macro_rules! either {
+    ($self:ident, $generator:ident => $call:expr) => {
+        match $self.form {
+            Some($generator) => $call,
+            None => {
+                let $generator = &$self.opened.generator;
+                $call
+            }
+        }
+    };
+}
+
+impl Generator for Shape<'_> {
+    fn vertex_count(&self) -> usize {
+        either!(self, generator => generator.vertex_count())
+    }
+
+    fn identity_dim(&self) -> usize {
+        either!(self, generator => generator.identity_dim())
+    }
+
+    fn pose_dim(&self) -> usize {
+        either!(self, generator => generator.pose_dim())
+    }
+
+    #[inline(always)]
+    fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block> {
+        either!(self, generator => generator.block_unchecked(weights, block))
+    }
+
+    #[inline(always)]
+    fn linearised_block_unchecked(
+        &self,
+        weights: Weights<'_>,
+        block: usize,
+        jacobian: &mut [[f32; NUMBERS]],
+    ) -> Option<Block> {
+        either!(self, generator => generator.linearised_block_unchecked(weights, block, jacobian))
+    }
+
+    #[inline(always)]
+    fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
+        either!(self, generator => generator.vertex_unchecked(weights, vertex))
+    }
+
+    #[inline(always)]
+    fn linearised_vertex_unchecked(
+        &self,
+        weights: Weights<'_>,
+        vertex: usize,
+        jacobian: &mut [[f32; 3]],
+    ) -> Option<[f32; 3]> {
+        either!(self, generator => generator.linearised_vertex_unchecked(weights, vertex, jacobian))
+    }
+}
