@@ -392,7 +392,7 @@ typedef struct hab_placement {
 } hab_placement;
 
 /**
- * How a fit ended.
+ * How a fit ended. It has no struct_bytes and never grows.
  */
 typedef struct hab_fit_report {
     /**
@@ -616,13 +616,15 @@ hab_code hab_model_linearise(const struct hab_model *model,
                              struct hab_error_detail *detail);
 
 /**
- * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6, damping 1e-3.
+ * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6,
+ * damping 1e-3. options_bytes is sizeof(hab_fit_options) of the program, so that a later library writes no more.
  *
- * Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED.
+ * Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED, or HAB_BAD_STRUCT for a size that this library does not know.
  *
- * Requires: `options` can be written.
+ * Requires: `options` points to `options_bytes` writable bytes.
  */
-hab_code hab_fit_options_init(struct hab_fit_options *options);
+hab_code hab_fit_options_init(struct hab_fit_options *options,
+                              size_t options_bytes);
 
 /**
  * Bytes of workspace that a fit needs; HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0 for an unknown frame.

@@ -111,7 +111,7 @@ static int run(const hab_model *model, const hab_counts *counts, float *position
 
     /* From the landmarks back to weights and placement, starting from the mean. */
     hab_fit_options options;
-    hab_fit_options_init(&options);
+    hab_fit_options_init(&options, sizeof options);
     options.noise = 0.2F;
     if (hab_model_weights(model, HAB_MODE_IDENTITY, deviations, n_identity, identity, n_identity, &detail) != HAB_OK) {
         return failed("mean", &detail);

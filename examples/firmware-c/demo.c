@@ -92,7 +92,7 @@ static hab_code demo(hab_error_detail *detail) {
     }
 
     /* 4. ... and find weights and placement again from them alone. */
-    (void)hab_fit_options_init(&options);
+    (void)hab_fit_options_init(&options, sizeof options);
     options.noise = 0.2f;
     code = hab_fit_landmarks(&model, NULL, &options, measured, 3 * LANDMARKS, NULL, 0, identity, IDENTITY, expression,
                              EXPRESSION, &placement, workspace, sizeof workspace, &report, detail);

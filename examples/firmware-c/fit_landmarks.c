@@ -44,7 +44,7 @@ int main(void) {
         }
         f.measured[k] = 1;
     }
-    (void)hab_fit_options_init(&f.options);
+    (void)hab_fit_options_init(&f.options, sizeof f.options);
     f.options.noise = 0.5f;
     stack = board_stack_used(run, &f);
     if (f.outcome != HAB_OK) {

@@ -742,7 +742,7 @@
       const kernel = this.#kernel;
       return kernel.framed((frame, detail) => {
         const options = frame.struct("hab_fit_options");
-        kernel.call("hab_fit_options_init", options);
+        kernel.call("hab_fit_options_init", options, STRUCTS.hab_fit_options.bytes);
         write(this.#heap.view, "hab_fit_options", options, optionNumbers(given));
         if (prepared !== null && !(prepared instanceof Prepared)) throw new TypeError("prepared: what Model.prepared returns is needed");
         const form = prepared === null ? 0 : prepared.pointer;

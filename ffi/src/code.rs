@@ -213,8 +213,9 @@ pub unsafe extern "C" fn hab_error_format(
 ) -> hab_code {
     let mut arguments = Arguments::new();
     let mut run = || {
-        let detail = arguments.object(1, detail)?;
-        let text = arguments.output(2, text.cast::<u8>(), text_bytes)?;
+        let detail = arguments.object(1, detail);
+        let text = arguments.output(2, text.cast::<u8>(), text_bytes);
+        arguments.compared()?;
         // SAFETY: the caller's promise; what can be checked has been.
         let (detail, text) = unsafe { (*detail.get(), text.slice()) };
         let Some((_, rest)) = text.split_last_mut() else {

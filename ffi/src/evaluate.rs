@@ -32,10 +32,10 @@ pub unsafe extern "C" fn hab_model_evaluate(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let (identity, pose) = (arguments.input(2, identity, identity_len), arguments.input(4, pose, pose_len));
+        let positions = arguments.output(6, positions, positions_len);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
-        let (identity, pose) = (arguments.input(2, identity, identity_len)?, arguments.input(4, pose, pose_len)?);
-        let positions = arguments.output(6, positions, positions_len)?;
         weights_fit(&generator, identity_len, pose_len)?;
         length(6, 3 * generator.vertex_count(), positions_len)?;
         // SAFETY: the caller's promise.
@@ -68,10 +68,10 @@ pub unsafe extern "C" fn hab_model_evaluate_range(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let (identity, pose) = (arguments.input(2, identity, identity_len), arguments.input(4, pose, pose_len));
+        let positions = arguments.output(8, positions, positions_len);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
-        let (identity, pose) = (arguments.input(2, identity, identity_len)?, arguments.input(4, pose, pose_len)?);
-        let positions = arguments.output(8, positions, positions_len)?;
         weights_fit(&generator, identity_len, pose_len)?;
         let range = range(first_vertex, n_vertices, generator.vertex_count())?;
         length(8, 3 * range.len(), positions_len)?;
@@ -109,11 +109,11 @@ pub unsafe extern "C" fn hab_model_linearise(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let (identity, pose) = (arguments.input(2, identity, identity_len), arguments.input(4, pose, pose_len));
+        let values = arguments.output(8, values, values_len);
+        let jacobian = arguments.output(10, jacobian, jacobian_len);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
-        let (identity, pose) = (arguments.input(2, identity, identity_len)?, arguments.input(4, pose, pose_len)?);
-        let values = arguments.output(8, values, values_len)?;
-        let jacobian = arguments.output(10, jacobian, jacobian_len)?;
         weights_fit(&generator, identity_len, pose_len)?;
         let range = range(first_block, n_blocks, generator.block_count())?;
         block_lengths([8, 10], range.len(), generator.dim(), [values_len, jacobian_len])?;

@@ -11,7 +11,7 @@ use habitus_dispatch as kernel;
 
 use crate::code::{Refusal, hab_code, hab_error_detail, length};
 use crate::measurements::{Landmarks, Measurements};
-use crate::memory::{Arguments, Input, OutObject, Output, call};
+use crate::memory::{Arguments, Input, Object, OutObject, Output, call};
 use crate::model::hab_model;
 use crate::prepared::hab_prepared;
 use crate::shape::Shape;
@@ -109,7 +109,7 @@ pub struct hab_sample {
     pub weight: f32,
 }
 
-/// How a fit ended.
+/// How a fit ended. It has no struct_bytes and never grows.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct hab_fit_report {
@@ -126,16 +126,22 @@ pub struct hab_fit_report {
     pub status: u32,
 }
 
-/// Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6, damping 1e-3.
+/// Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6,
+/// damping 1e-3. options_bytes is sizeof(hab_fit_options) of the program, so that a later library writes no more.
 ///
-/// Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED.
+/// Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED, or HAB_BAD_STRUCT for a size that this library does not know.
 ///
 /// # Safety
-/// `options` can be written.
+/// `options` points to `options_bytes` writable bytes.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn hab_fit_options_init(options: *mut hab_fit_options) -> hab_code {
+pub unsafe extern "C" fn hab_fit_options_init(options: *mut hab_fit_options, options_bytes: usize) -> hab_code {
     let body = |arguments: &mut Arguments| {
-        let out = arguments.out_object(1, options)?;
+        let out = arguments.out_object(1, options);
+        arguments.compared()?;
+        if options_bytes != size_of::<hab_fit_options>() {
+            let bytes = u32::try_from(options_bytes).unwrap_or(u32::MAX);
+            return Err(Refusal::BadStruct { argument: 1, bytes });
+        }
         let limits = Limits::<f32>::default();
         let options = hab_fit_options {
             struct_bytes: size_of::<hab_fit_options>() as u32,
@@ -204,20 +210,21 @@ pub unsafe extern "C" fn hab_fit_landmarks(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let options = arguments.object(3, options);
+        let targets = arguments.input(4, targets, targets_len);
+        let measured = arguments.input(6, measured, measured_len);
+        let memory = FitMemory {
+            positions: [8, 10],
+            identity: arguments.output(8, identity, identity_len),
+            pose: arguments.output(10, pose, pose_len),
+            placement: arguments.out_object(12, placement),
+            workspace: arguments.workspace(13, workspace.cast(), workspace_bytes),
+            report: optional(arguments, 15, report),
+        };
         // SAFETY: the caller's promise.
         let shape = unsafe { Shape::of(arguments, model, prepared)? };
         // SAFETY: the caller's promise.
-        let options = unsafe { checked_options(arguments, options)? };
-        let targets = arguments.input(4, targets, targets_len)?;
-        let measured = arguments.input(6, measured, measured_len)?;
-        let memory = FitMemory {
-            positions: [8, 10],
-            identity: arguments.output(8, identity, identity_len)?,
-            pose: arguments.output(10, pose, pose_len)?,
-            placement: arguments.out_object(12, placement)?,
-            workspace: arguments.workspace(13, workspace.cast(), workspace_bytes)?,
-            report: optional(arguments, 15, report)?,
-        };
+        let options = unsafe { checked_options(&options)? };
         // SAFETY: the caller's promise.
         let (targets, measured) = unsafe { (targets.slice(), measured.slice()) };
         let landmarks = Landmarks::new(shape.model(), targets, measured)?;
@@ -253,19 +260,20 @@ pub unsafe extern "C" fn hab_fit_points(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let options = arguments.object(3, options);
+        let samples: Input<hab_sample> = arguments.input(4, samples, samples_len);
+        let memory = FitMemory {
+            positions: [6, 8],
+            identity: arguments.output(6, identity, identity_len),
+            pose: arguments.output(8, pose, pose_len),
+            placement: arguments.out_object(10, placement),
+            workspace: arguments.workspace(11, workspace.cast(), workspace_bytes),
+            report: optional(arguments, 13, report),
+        };
         // SAFETY: the caller's promise.
         let shape = unsafe { Shape::of(arguments, model, prepared)? };
         // SAFETY: the caller's promise.
-        let options = unsafe { checked_options(arguments, options)? };
-        let samples: Input<hab_sample> = arguments.input(4, samples, samples_len)?;
-        let memory = FitMemory {
-            positions: [6, 8],
-            identity: arguments.output(6, identity, identity_len)?,
-            pose: arguments.output(8, pose, pose_len)?,
-            placement: arguments.out_object(10, placement)?,
-            workspace: arguments.workspace(11, workspace.cast(), workspace_bytes)?,
-            report: optional(arguments, 13, report)?,
-        };
+        let options = unsafe { checked_options(&options)? };
         // SAFETY: the caller's promise.
         unsafe { fitted(&shape, &options, &Measurements::Points(samples.slice()), &memory) }
     };
@@ -284,19 +292,16 @@ struct FitMemory {
     report: Option<OutObject<hab_fit_report>>,
 }
 
-fn optional<T>(arguments: &mut Arguments, argument: u32, pointer: *mut T) -> Result<Option<OutObject<T>>, Refusal> {
-    if pointer.is_null() { Ok(None) } else { arguments.out_object(argument, pointer).map(Some) }
+fn optional<T>(arguments: &mut Arguments, argument: u32, pointer: *mut T) -> Option<OutObject<T>> {
+    (!pointer.is_null()).then(|| arguments.out_object(argument, pointer))
 }
 
 /// The options, once their size and numbers are known.
 ///
 /// # Safety
-/// `options` is null or can be read.
-unsafe fn checked_options(
-    arguments: &mut Arguments,
-    options: *const hab_fit_options,
-) -> Result<hab_fit_options, Refusal> {
-    let pointer = arguments.object(3, options)?.pointer();
+/// `options` was compared and can be read.
+unsafe fn checked_options(options: &Object<hab_fit_options>) -> Result<hab_fit_options, Refusal> {
+    let pointer = options.pointer();
     // SAFETY: the caller's promise; the size comes first.
     let struct_bytes = unsafe { (&raw const (*pointer).struct_bytes).read() };
     if struct_bytes as usize != size_of::<hab_fit_options>() {
@@ -355,9 +360,15 @@ unsafe fn fitted(
         },
     };
     // SAFETY: the caller's promise.
-    let (identity, pose, workspace, place) =
-        unsafe { (memory.identity.slice(), memory.pose.slice(), memory.workspace.slice(), memory.placement.old()) };
-    let mut place = similarity(&place);
+    let (identity, pose, workspace) =
+        unsafe { (memory.identity.slice(), memory.pose.slice(), memory.workspace.slice()) };
+    let mut place = if core_options.place {
+        // What is there need not be anything yet.
+        Similarity::IDENTITY
+    } else {
+        // SAFETY: the caller's promise.
+        similarity(&unsafe { memory.placement.old() })
+    };
     let [identity_argument, pose_argument] = memory.positions;
     length(identity_argument, shape.identity_dim(), identity.len())?;
     length(pose_argument, shape.pose_dim(), pose.len())?;

@@ -5,7 +5,7 @@ use core::marker::PhantomData;
 use crate::code::{Refusal, hab_code, hab_error_detail};
 
 /// Most memory that a call has to do with: a fit with all its arguments, the bytes of the model, and the workspace of the prepared form.
-const MOST: usize = 13;
+const MOST: usize = 16;
 
 /// Bytes that an argument points to.
 #[derive(Clone, Copy)]
@@ -17,9 +17,14 @@ struct Span {
 }
 
 /// The memory of a call's arguments so far. An argument is refused when it overlaps an earlier one and one of the two is written.
+///
+/// A refusal is kept until [`Arguments::compared`] hands it out, so that the detail, which a refusal is written to, has been compared with every argument.
 pub(crate) struct Arguments {
     spans: [Span; MOST],
     count: usize,
+    refusal: Option<Refusal>,
+    detail: u32,
+    detail_overlaps: bool,
 }
 
 /// One readable object.
@@ -33,41 +38,58 @@ pub(crate) struct Output<T>(*mut T, usize, PhantomData<T>);
 
 impl Arguments {
     pub(crate) const fn new() -> Self {
-        Arguments { spans: [Span { argument: 0, from: 0, bytes: 0, written: false }; MOST], count: 0 }
+        Arguments {
+            spans: [Span { argument: 0, from: 0, bytes: 0, written: false }; MOST],
+            count: 0,
+            refusal: None,
+            detail: 0,
+            detail_overlaps: false,
+        }
+    }
+
+    /// `Ok` when no argument so far was refused; nothing may be read or written before.
+    pub(crate) fn compared(&self) -> Result<(), Refusal> {
+        self.refusal.map_or(Ok(()), Err)
     }
 
     /// An object that is read; `argument` is its position from 1.
-    pub(crate) fn object<T>(&mut self, argument: u32, pointer: *const T) -> Result<Object<T>, Refusal> {
-        self.required(argument, pointer, 1, false)?;
-        Ok(Object(pointer))
+    pub(crate) fn object<T>(&mut self, argument: u32, pointer: *const T) -> Object<T> {
+        self.register(argument, pointer, 1, false);
+        Object(pointer)
     }
 
     /// An object that is written, or read and written.
-    pub(crate) fn out_object<T>(&mut self, argument: u32, pointer: *mut T) -> Result<OutObject<T>, Refusal> {
-        self.required(argument, pointer, 1, true)?;
-        Ok(OutObject(pointer))
+    pub(crate) fn out_object<T>(&mut self, argument: u32, pointer: *mut T) -> OutObject<T> {
+        self.register(argument, pointer, 1, true);
+        OutObject(pointer)
     }
 
     /// Elements that are read. Null is an empty slice when it has no elements.
-    pub(crate) fn input<T>(&mut self, argument: u32, pointer: *const T, len: usize) -> Result<Input<T>, Refusal> {
-        self.required(argument, pointer, len, false)?;
-        Ok(Input(pointer, len, PhantomData))
+    pub(crate) fn input<T>(&mut self, argument: u32, pointer: *const T, len: usize) -> Input<T> {
+        self.register(argument, pointer, len, false);
+        Input(pointer, len, PhantomData)
     }
 
     /// Elements that are written, or read and written.
-    pub(crate) fn output<T>(&mut self, argument: u32, pointer: *mut T, len: usize) -> Result<Output<T>, Refusal> {
-        self.required(argument, pointer, len, true)?;
-        Ok(Output(pointer, len, PhantomData))
+    pub(crate) fn output<T>(&mut self, argument: u32, pointer: *mut T, len: usize) -> Output<T> {
+        self.register(argument, pointer, len, true);
+        Output(pointer, len, PhantomData)
     }
 
     /// As many whole floats as lie in the bytes of a workspace.
-    pub(crate) fn workspace(&mut self, argument: u32, pointer: *mut u8, bytes: usize) -> Result<Output<f32>, Refusal> {
+    pub(crate) fn workspace(&mut self, argument: u32, pointer: *mut u8, bytes: usize) -> Output<f32> {
         self.output(argument, pointer.cast(), bytes / size_of::<f32>())
     }
 
     /// Memory that belongs to an argument without being pointed to by it: the bytes of a model, the workspace of a prepared form.
-    pub(crate) fn also_read<T>(&mut self, argument: u32, elements: &[T]) -> Result<(), Refusal> {
-        self.required(argument, elements.as_ptr(), elements.len(), false)
+    pub(crate) fn also_read<T>(&mut self, argument: u32, elements: &[T]) {
+        self.register(argument, elements.as_ptr(), elements.len(), false);
+    }
+
+    fn register<T>(&mut self, argument: u32, pointer: *const T, len: usize, written: bool) {
+        if let Err(refusal) = self.required(argument, pointer, len, written) {
+            self.refusal.get_or_insert(refusal);
+        }
     }
 
     fn required<T>(&mut self, argument: u32, pointer: *const T, len: usize, written: bool) -> Result<(), Refusal> {
@@ -77,20 +99,25 @@ impl Arguments {
         if pointer.is_null() {
             return Err(Refusal::NullPointer { argument });
         }
-        if !pointer.is_aligned() {
-            return Err(Refusal::Misaligned { argument, alignment: align_of::<T>() as u32 });
-        }
         let (from, largest) = (pointer.addr(), isize::MAX.unsigned_abs());
         let bytes = len.checked_mul(size_of::<T>()).filter(|&bytes| bytes <= largest);
         let bytes = bytes.filter(|&bytes| from.checked_add(bytes).is_some()).ok_or(Refusal::BadLength { argument })?;
         let span = Span { argument, from, bytes, written };
         let known = self.spans.get(..self.count).unwrap_or_default();
-        if let Some(other) = known.iter().find(|other| (other.written || written) && other.overlaps(&span)) {
-            return Err(Refusal::Overlap { arguments: [other.argument, argument] });
-        }
+        let mut others = known.iter().filter(|other| (other.written || written) && other.overlaps(&span));
+        let first = others.next().map(|other| other.argument);
+        let with_detail =
+            [first, Some(argument)].contains(&Some(self.detail)) || others.any(|other| other.argument == self.detail);
+        self.detail_overlaps |= first.is_some() && with_detail;
         *self.spans.get_mut(self.count).ok_or(Refusal::Internal)? = span;
         self.count += 1;
-        Ok(())
+        if !pointer.is_aligned() {
+            return Err(Refusal::Misaligned { argument, alignment: align_of::<T>() as u32 });
+        }
+        match first {
+            Some(other) => Err(Refusal::Overlap { arguments: [other.min(argument), other.max(argument)] }),
+            None => Ok(()),
+        }
     }
 }
 
@@ -181,18 +208,20 @@ pub(crate) unsafe fn call(
 ) -> hab_code {
     let mut arguments = Arguments::new();
     // Before the others, so that each of them is compared with it.
-    if !detail.is_null()
-        && let Err(refusal) = arguments.out_object(position, detail)
-    {
-        return refusal.detail().0;
+    if !detail.is_null() {
+        arguments.detail = position;
+        arguments.out_object(position, detail);
+        if let Err(refusal) = arguments.compared() {
+            return refusal.detail().0;
+        }
     }
     let Err(refusal) = body(&mut arguments) else { return hab_code::HAB_OK };
     let (code, [first, second]) = refusal.detail();
     // Where the detail itself overlaps another argument, that argument stays as it was.
-    let apart = !matches!(refusal, Refusal::Overlap { arguments } if arguments.contains(&position));
-    if !detail.is_null() && apart {
+    if !detail.is_null() && !arguments.detail_overlaps {
+        let argument = refusal.argument();
         // SAFETY: not null, aligned, and the caller promises that it can be written.
-        unsafe { detail.write(hab_error_detail { code: code as i32, first, second, argument: refusal.argument() }) }
+        unsafe { detail.write(hab_error_detail { code: code as i32, first, second, argument }) }
     }
     code
 }

@@ -118,8 +118,9 @@ unsafe fn open(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
-        let bytes = arguments.input(1, bytes, bytes_len)?;
-        let out = arguments.out_object(3, model)?;
+        let bytes = arguments.input(1, bytes, bytes_len);
+        let out = arguments.out_object(3, model);
+        arguments.compared()?;
         // SAFETY: the caller's promise; what can be checked has been. The bytes live as long as the caller uses the model, so
         // the views in it are given no shorter a life.
         let bytes: &'static [u8] = unsafe { bytes.slice() };
@@ -134,7 +135,8 @@ unsafe fn open(
     unsafe { call(detail, 4, body) }
 }
 
-/// The opened model that an argument points to; its struct and its bytes are counted among the memory that the call reads.
+/// The opened model that an argument points to, once all other arguments are known; its struct and its bytes are counted among the memory that the call
+/// reads. Whatever argument was refused so far is handed out here.
 ///
 /// # Safety
 /// `model` is null or points to a `hab_model`, opened or all of its bytes set to anything but what an opened model holds.
@@ -143,7 +145,8 @@ pub(crate) unsafe fn opened<'a>(
     argument: u32,
     model: *const hab_model,
 ) -> Result<&'a Opened, Refusal> {
-    let pointer = arguments.object(argument, model)?.pointer().cast::<Opened>();
+    let pointer = arguments.object(argument, model).pointer().cast::<Opened>();
+    arguments.compared()?;
     // SAFETY: not null, aligned; both tags are plain numbers and lie within the struct.
     let tags = unsafe { ((&raw const (*pointer).tag).read(), (&raw const (*pointer).end_tag).read()) };
     if tags != (TAG, !TAG) {
@@ -151,7 +154,8 @@ pub(crate) unsafe fn opened<'a>(
     }
     // SAFETY: the tags say that this library has written the struct.
     let opened = unsafe { &*pointer };
-    arguments.also_read(argument, opened.bytes)?;
+    arguments.also_read(argument, opened.bytes);
+    arguments.compared()?;
     Ok(opened)
 }
 
@@ -177,9 +181,9 @@ pub unsafe extern "C" fn hab_model_counts(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let out = arguments.out_object(2, counts);
         // SAFETY: the caller's promise.
         let Opened { model, generator, .. } = unsafe { opened(arguments, 1, model)? };
-        let out = arguments.out_object(2, counts)?;
         // SAFETY: the caller's promise.
         let struct_bytes = unsafe { (&raw const (*out.pointer()).struct_bytes).read() };
         if struct_bytes as usize != size_of::<hab_counts>() {

@@ -51,9 +51,9 @@ pub unsafe extern "C" fn hab_prepared_workspace_bytes(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let out = arguments.out_object(5, workspace_bytes);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
-        let out = arguments.out_object(5, workspace_bytes)?;
         let blocks = range(first_block, n_blocks, generator.block_count())?;
         let bytes = prepared_req(&generator, mode_of(fixed_mode, 2)?, &blocks).f32_bytes();
         // SAFETY: the caller's promise.
@@ -89,11 +89,11 @@ pub unsafe extern "C" fn hab_prepared_init(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let weights = arguments.input(3, weights, weights_len);
+        let workspace = arguments.workspace(7, workspace.cast(), workspace_bytes);
+        let out = arguments.out_object(9, prepared);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
-        let weights = arguments.input(3, weights, weights_len)?;
-        let workspace = arguments.workspace(7, workspace.cast(), workspace_bytes)?;
-        let out = arguments.out_object(9, prepared)?;
         let (fixed, blocks) = (mode_of(fixed_mode, 2)?, range(first_block, n_blocks, generator.block_count())?);
         let dim = if fixed == Mode::Identity { generator.identity_dim() } else { generator.pose_dim() };
         length(3, dim, weights_len)?;
@@ -120,7 +120,8 @@ pub(crate) unsafe fn formed<'a>(
     argument: u32,
     prepared: *const hab_prepared,
 ) -> Result<&'a Prepared<'static>, Refusal> {
-    let pointer = arguments.object(argument, prepared)?.pointer().cast::<Form>();
+    let pointer = arguments.object(argument, prepared).pointer().cast::<Form>();
+    arguments.compared()?;
     // SAFETY: not null, aligned; both tags are plain numbers and lie within the struct.
     let tags = unsafe { ((&raw const (*pointer).tag).read(), (&raw const (*pointer).end_tag).read()) };
     if tags != (TAG, !TAG) {
@@ -128,7 +129,8 @@ pub(crate) unsafe fn formed<'a>(
     }
     // SAFETY: the tags say that this library has written the struct.
     let form = unsafe { &*pointer };
-    arguments.also_read(argument, form.numbers)?;
+    arguments.also_read(argument, form.numbers);
+    arguments.compared()?;
     Ok(&form.form)
 }
 
@@ -158,10 +160,10 @@ pub unsafe extern "C" fn hab_prepared_evaluate(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let weights = arguments.input(2, weights, weights_len);
+        let positions = arguments.output(6, positions, positions_len);
         // SAFETY: the caller's promise.
         let form = unsafe { formed(arguments, 1, prepared)? };
-        let weights = arguments.input(2, weights, weights_len)?;
-        let positions = arguments.output(6, positions, positions_len)?;
         length(2, form.dim(), weights_len)?;
         let range = range(first_vertex, n_vertices, form.vertex_count())?;
         length(6, 3 * range.len(), positions_len)?;
@@ -194,11 +196,11 @@ pub unsafe extern "C" fn hab_prepared_linearise(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let weights = arguments.input(2, weights, weights_len);
+        let values = arguments.output(6, values, values_len);
+        let jacobian = arguments.output(8, jacobian, jacobian_len);
         // SAFETY: the caller's promise.
         let form = unsafe { formed(arguments, 1, prepared)? };
-        let weights = arguments.input(2, weights, weights_len)?;
-        let values = arguments.output(6, values, values_len)?;
-        let jacobian = arguments.output(8, jacobian, jacobian_len)?;
         length(2, form.dim(), weights_len)?;
         let range = range(first_block, n_blocks, form.block_count())?;
         block_lengths([6, 8], range.len(), form.dim(), [values_len, jacobian_len])?;

@@ -128,9 +128,9 @@ unsafe fn write_section(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let out = arguments.out_object(3, section);
         // SAFETY: the caller's promise.
         let opened = unsafe { opened(arguments, 1, model)? };
-        let out = arguments.out_object(3, section)?;
         // SAFETY: the caller's promise.
         let struct_bytes = unsafe { (&raw const (*out.pointer()).struct_bytes).read() };
         if struct_bytes as usize != size_of::<hab_section>() {
@@ -209,9 +209,9 @@ unsafe fn read<T>(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let out = arguments.output(4, values, values_len);
         // SAFETY: the caller's promise.
         let opened = unsafe { opened(arguments, 1, model)? };
-        let out = arguments.output(4, values, values_len)?;
         let section = found(opened, section_id)?;
         if section.element != element {
             return Err(Refusal::Kernel(Error::BadOption { option: 2 }));
@@ -248,9 +248,9 @@ pub unsafe extern "C" fn hab_model_text(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let (text, text_bytes) = (arguments.out_object(4, text), arguments.out_object(5, text_bytes));
         // SAFETY: the caller's promise.
         let opened = unsafe { opened(arguments, 1, model)? };
-        let (text, text_bytes) = (arguments.out_object(4, text)?, arguments.out_object(5, text_bytes)?);
         let model = &opened.model;
         let lines = match SectionId::from_u32(section_id) {
             Some(SectionId::LandmarkNames) => model.landmark_names(),
@@ -294,10 +294,10 @@ pub unsafe extern "C" fn hab_model_weights(
     detail: *mut hab_error_detail,
 ) -> hab_code {
     let body = |arguments: &mut Arguments| {
+        let deviations = arguments.input(3, deviations, deviations_len);
+        let weights = arguments.output(5, weights, weights_len);
         // SAFETY: the caller's promise.
         let opened = unsafe { opened(arguments, 1, model)? };
-        let deviations = arguments.input(3, deviations, deviations_len)?;
-        let weights = arguments.output(5, weights, weights_len)?;
         let mode = mode_of(mode, 2)?;
         let section = match mode {
             habitus_core::format::Mode::Identity => SectionId::IdentityMean,

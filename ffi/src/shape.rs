@@ -27,6 +27,10 @@ impl<'a> Shape<'a> {
         model: *const hab_model,
         prepared: *const hab_prepared,
     ) -> Result<Self, Refusal> {
+        if !prepared.is_null() {
+            // Known before a refusal of the model can be handed out.
+            arguments.object(2, prepared);
+        }
         // SAFETY: the caller's promise.
         let opened = unsafe { opened(arguments, 1, model)? };
         if prepared.is_null() {

@@ -88,7 +88,7 @@ fn landmarks_are_fitted_through_the_model_and_through_a_form() {
     let (mut options, mut report): (hab_fit_options, hab_fit_report) =
         unsafe { (MaybeUninit::zeroed().assume_init(), MaybeUninit::zeroed().assume_init()) };
     // SAFETY: as above.
-    assert_eq!(unsafe { hab_fit_options_init(&mut options) }, hab_code::HAB_OK);
+    assert_eq!(unsafe { hab_fit_options_init(&mut options, size_of::<hab_fit_options>()) }, hab_code::HAB_OK);
     options.noise = 0.1;
     let frame = hab_frame::HAB_FRAME_RIGID as u32;
     let mut workspace = vec![0f32; hab_fit_workspace_bytes(6, 4, frame) / 4];

@@ -289,7 +289,7 @@ impl Arena {
         let options: *mut hab_fit_options = self.base().wrapping_add(OPTIONS * SLOT + 4096).cast();
         // SAFETY: within the arena, aligned.
         unsafe {
-            assert_eq!(hab_fit_options_init(options), hab_code::HAB_OK);
+            assert_eq!(hab_fit_options_init(options, size_of::<hab_fit_options>()), hab_code::HAB_OK);
             let [which, value] = call.options;
             let words = options.cast::<u32>();
             // A third of the fits has options as they are; the others have one changed.

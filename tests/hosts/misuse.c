@@ -303,8 +303,9 @@ static void on_a_line(void) {
 static void rows_of_fits(void) {
     float *const workspace = out.workspace;
     const size_t needed = hab_fit_workspace_bytes((uint32_t)ni, (uint32_t)np, HAB_FRAME_RIGID);
-    ROW("fit_options_init: options null", NOTHING, HAB_NULL_POINTER, hab_fit_options_init(NULL));
-    ROW("fit_options_init: options misaligned", NOTHING, HAB_MISALIGNED, hab_fit_options_init(MOVED(hab_fit_options, &out.options, 2)));
+    ROW("fit_options_init: options null", NOTHING, HAB_NULL_POINTER, hab_fit_options_init(NULL, sizeof(hab_fit_options)));
+    ROW("fit_options_init: options misaligned", NOTHING, HAB_MISALIGNED, hab_fit_options_init(MOVED(hab_fit_options, &out.options, 2), sizeof(hab_fit_options)));
+    ROW("fit_options_init: options of another size", NOTHING, HAB_BAD_STRUCT, hab_fit_options_init(&out.options, 8));
     ROW("fit_landmarks: struct_bytes 0", in.options.struct_bytes = 0, HAB_BAD_STRUCT, fit_all());
     ROW("fit_landmarks: options null", NOTHING, HAB_NULL_POINTER,
         hab_fit_landmarks(&in.model, NULL, NULL, in.targets, 3 * nl, NULL, 0, out.identity, ni, out.pose, np, &out.placement, workspace,
@@ -415,7 +416,7 @@ static int prepare_inputs(void) {
         return 0;
     }
     memset(in.measured, 1, sizeof in.measured);
-    if (hab_fit_options_init(&in.options) != HAB_OK ||
+    if (hab_fit_options_init(&in.options, sizeof in.options) != HAB_OK ||
         hab_model_weights(model, HAB_MODE_IDENTITY, zeros, ni, in.identity, ni, &detail) != HAB_OK ||
         hab_model_weights(model, HAB_MODE_POSE, zeros, np, in.pose, np, &detail) != HAB_OK ||
         hab_model_evaluate(model, in.identity, ni, in.pose, np, out.positions, 3 * nv, &detail) != HAB_OK ||

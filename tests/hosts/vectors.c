@@ -186,7 +186,7 @@ static bool fit_read(context *c, fit *f) {
     size_t k;
     f->identity = context_floats(c, "identity");
     f->pose = context_floats(c, "pose");
-    if (!opened(c, &f->model, &f->counts) || hab_fit_options_init(&f->options) != HAB_OK || placement.count != 13) {
+    if (!opened(c, &f->model, &f->counts) || hab_fit_options_init(&f->options, sizeof f->options) != HAB_OK || placement.count != 13) {
         context_object(c, PROBLEM_PROMISE);
         return false;
     }

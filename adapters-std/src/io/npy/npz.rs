@@ -123,8 +123,7 @@ mod tests {
             std::fs::read(path).unwrap()
         };
         let mut zip = npyz::zip::ZipWriter::new(Cursor::new(Vec::new()));
-        let options =
-            npyz::zip::write::FileOptions::default().compression_method(npyz::zip::CompressionMethod::Deflated);
+        let options = npyz::zip::write::FileOptions::default().compression_method(CompressionMethod::Deflated);
         zip.start_file("x.npy", options).unwrap();
         std::io::Write::write_all(&mut zip, &npy).unwrap();
         let bytes = zip.finish().unwrap().into_inner();
