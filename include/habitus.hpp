@@ -207,7 +207,7 @@ public:
     using value_type = T;
 
     result(T value) noexcept(std::is_nothrow_move_constructible_v<T>) : value_(std::move(value)), error_(HAB_OK) {}
-    result(const habitus::error& reason) noexcept : error_(reason) {}
+    result(const habitus::error& reason) noexcept : value_(), error_(reason) {}
 
     bool has_value() const noexcept { return value_.has_value(); }
     explicit operator bool() const noexcept { return has_value(); }
@@ -367,10 +367,10 @@ struct fit_report : hab_fit_report {
 /// Weights and placement that a fit found. Where a prepared form fixed a mode, its weights are empty: they are those of the form. As the
 /// start of a fit, an empty mode stands for the mean.
 struct fit_result {
-    std::vector<float> identity;
-    std::vector<float> pose;
-    habitus::placement placement;
-    fit_report report;
+    std::vector<float> identity{};
+    std::vector<float> pose{};
+    habitus::placement placement{};
+    fit_report report{};
 };
 
 class prepared;
@@ -391,7 +391,7 @@ struct fit_options {
     fit_options() noexcept { hab_fit_options_init(&numbers); }
 
     /// Factors, noise, limits; see hab_fit_options.
-    hab_fit_options numbers;
+    hab_fit_options numbers{};
     /// Start from here instead of from the mean. Must live until the last fit with these options returns.
     const fit_result* start = nullptr;
     /// Keep the mode that is fixed in this form, of all blocks of the model: cheaper. Must live until the last fit with these options returns.
@@ -499,7 +499,7 @@ private:
     prepared() noexcept = default;
 
     hab_prepared form_{};
-    std::vector<float> workspace_;
+    std::vector<float> workspace_{};
     mode fixed_ = mode::identity;
     std::uint32_t free_dim_ = 0;
     std::uint32_t n_blocks_ = 0;
