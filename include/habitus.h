@@ -29,7 +29,7 @@ typedef int32_t hab_code;
 enum {
     /* Done. */
     HAB_OK = 0,
-    /* A slice has {second} elements where the model asks for {first}. */
+    /* Argument {argument} has {second} elements where {first} are needed. */
     HAB_DIMENSION_MISMATCH = 101,
     /* An index or the end of a range is {first}; the limit is {second}. */
     HAB_INDEX_OUT_OF_RANGE = 102,
@@ -57,7 +57,7 @@ enum {
     HAB_MISALIGNED = 212,
     /* The length of argument {first} exceeds the address space. */
     HAB_BAD_LENGTH = 213,
-    /* The model file has {second} bytes where its header says {first}. */
+    /* The model file has {second} bytes where {first} are expected: by its header, or for one. */
     HAB_TRUNCATED = 301,
     /* These bytes are no .hab model file. */
     HAB_BAD_MAGIC = 302,
@@ -164,7 +164,8 @@ enum hab_section_id {
      */
     HAB_SECTION_IDENTITY_MEAN = 6,
     /**
-     * Standard deviation of the identity weights.
+     * Unit in which the identity weights are measured: 1 / sqrt(d) for models that were trained on d identities, which is their root mean square over the
+     * training data, and their standard deviation where the mean is near zero; the first weight of a multilinear model varies much less around its mean.
      */
     HAB_SECTION_IDENTITY_SCALE = 7,
     /**
@@ -176,7 +177,7 @@ enum hab_section_id {
      */
     HAB_SECTION_POSE_MEAN = 9,
     /**
-     * Standard deviation of the pose weights.
+     * The same of the pose weights.
      */
     HAB_SECTION_POSE_SCALE = 10,
     /**
@@ -293,6 +294,10 @@ typedef struct hab_error_detail {
      * Second number of the code.
      */
     uint32_t second;
+    /**
+     * Position, from 1, of the argument that the code speaks of: the pointer's where a slice is meant; 0 where it speaks of none.
+     */
+    uint32_t argument;
 } hab_error_detail;
 
 /**
@@ -319,7 +324,8 @@ typedef struct hab_fit_options {
      */
     uint32_t frame;
     /**
-     * 1: the first placement is found from the data; 0: it is the one given. Option 2.
+     * 1: the first placement is found from the data; 0: it is the one given, whose scale must be above zero and whose rotation must be one to
+     * 0.001 (option 10); where the frame seeks no scale, its scale stays. Option 2.
      */
     uint32_t place;
     /**
@@ -339,7 +345,7 @@ typedef struct hab_fit_options {
      */
     float pose_factor;
     /**
-     * Standard deviation of the measured positions per axis, millimetres, above zero; option 7.
+     * Standard deviation of the measured positions per axis, millimetres, above zero; option 7. A good fit has an rms of about 1.7 times as much.
      */
     float noise;
     /**
@@ -390,7 +396,8 @@ typedef struct hab_placement {
  */
 typedef struct hab_fit_report {
     /**
-     * Root of the weighted mean squared distance of the samples, millimetres.
+     * Root of the weighted mean squared distance of the samples in space, millimetres. Many times the noise means wrong units, another order of the
+     * landmarks, or a mirrored scan.
      */
     float rms;
     /**
@@ -420,7 +427,7 @@ typedef struct hab_sample {
      */
     uint32_t vertices[3];
     /**
-     * Weights of the vertices, sum 1.
+     * Weights of the vertices, sum 1 (which is not checked).
      */
     float barycentric[3];
     /**
@@ -432,7 +439,7 @@ typedef struct hab_sample {
      */
     float normal[3];
     /**
-     * Weight of the squared distance, at least 0; 0 leaves the sample out.
+     * Weight of the squared distance, at least 0; 0 leaves the sample out. A negative weight is HAB_NOT_FINITE.
      */
     float weight;
 } hab_sample;
@@ -587,8 +594,9 @@ hab_code hab_model_evaluate_range(const struct hab_model *model,
 /**
  * Positions of n_blocks blocks from first_block on and their derivatives by every weight, in one pass over the model: for fitting programs of your own.
  *
- * values holds n_blocks * 3 * HAB_BLOCK_VERTICES floats: x of a block's vertices, then y, then z, millimetres. jacobian holds for each block identity_dim + pose_dim
- * times as many, the identity weights first: millimetres per weight. Lanes behind the last vertex are zero in files of this project.
+ * With B = HAB_BLOCK_VERTICES, D = identity_dim + pose_dim, and block counted from first_block, the coordinate `axis` (0 to 2) of vertex B * (first_block + block) + lane is
+ * values[(block * 3 + axis) * B + lane], millimetres, and its derivative by weight k (the identity weights first) is jacobian[((block * D + k) * 3 + axis) * B + lane], millimetres per
+ * weight. Lanes behind the last vertex are zero in files of this project.
  *
  * Returns as hab_model_evaluate, and HAB_INDEX_OUT_OF_RANGE.
  *
@@ -608,7 +616,7 @@ hab_code hab_model_linearise(const struct hab_model *model,
                              struct hab_error_detail *detail);
 
 /**
- * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, the solver's own limits.
+ * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6, damping 1e-3.
  *
  * Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED.
  *
@@ -628,10 +636,14 @@ size_t hab_fit_workspace_bytes(uint32_t identity_dim,
  *
  * prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
  * iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
- * null with length 0 says that all were. identity and pose hold the start (the mean of the training data: hab_model_weights with deviations of 0) and receive the
- * result; so does placement, whose start counts only when options->place is 0. report may be null.
+ * null with length 0 says that all were; the target of a missing one is not looked at and may be NaN. identity and pose hold the start and receive the result; so does
+ * placement, whose start counts only when options->place is 0. report may be null.
  *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
+ * Start from the mean of the training data (hab_model_weights with deviations of 0); in a model without statistics set both priors to HAB_PRIOR_NONE and start from one of
+ * its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
+ * factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
  * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
  * HAB_BAD_LENGTH.
  *
@@ -767,7 +779,8 @@ hab_code hab_prepared_evaluate(const struct hab_prepared *prepared,
                                struct hab_error_detail *detail);
 
 /**
- * Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise.
+ * Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise,
+ * with D the number of free weights.
  *
  * Returns as hab_prepared_evaluate.
  *
@@ -853,7 +866,8 @@ hab_code hab_model_text(const struct hab_model *model,
                         struct hab_error_detail *detail);
 
 /**
- * Weights of a mode from standard deviations: mean + deviation * scale for each weight. Deviations of 0 give the mean of the training data.
+ * Weights of a mode from standard deviations, in the unit of the sections ..._SCALE: mean + deviation * scale for each weight. Deviations of 0 give the mean of the training
+ * data. The way back is (weight - mean) / scale, with hab_model_read_f32.
  *
  * Returns HAB_OK, HAB_UNSUPPORTED when the file has no statistics, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH when a length is not that
  * of the mode, HAB_NOT_FINITE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.

@@ -109,7 +109,7 @@ static hab_code demo(hab_error_detail *detail) {
 }
 
 int main(void) {
-    hab_error_detail detail = {HAB_OK, 0, 0};
+    hab_error_detail detail = {HAB_OK, 0, 0, 0};
     char line[160];
     if (demo(&detail) == HAB_OK) {
         return 0;

@@ -88,11 +88,12 @@
   // For each struct its size, and for each member its offset, its type, and its length if it is an array.
   const STRUCTS = Object.freeze({
     hab_error_detail: {
-      bytes: 12,
+      bytes: 16,
       members: {
         code: [0, "i32"],
         first: [4, "u32"],
         second: [8, "u32"],
+        argument: [12, "u32"],
       },
     },
     hab_model: {
@@ -490,7 +491,7 @@
     }
 
     #error(code, detailed) {
-      const detail = detailed ? read(this.#heap.view, "hab_error_detail", this.#detail) : { first: 0, second: 0 };
+      const detail = detailed ? read(this.#heap.view, "hab_error_detail", this.#detail) : { first: 0, second: 0, argument: 0 };
       write(this.#heap.view, "hab_error_detail", this.#detail, { code, ...detail });
       this.#exports.hab_error_format(this.#detail, this.#text, 256);
       const name = this.errorName(code);

@@ -46,7 +46,7 @@ const fn trimmed(text: &CStr) -> &CStr {
 codes! {
     /// Done.
     HAB_OK = 0,
-    /// A slice has {second} elements where the model asks for {first}.
+    /// Argument {argument} has {second} elements where {first} are needed.
     HAB_DIMENSION_MISMATCH = 101,
     /// An index or the end of a range is {first}; the limit is {second}.
     HAB_INDEX_OUT_OF_RANGE = 102,
@@ -74,7 +74,7 @@ codes! {
     HAB_MISALIGNED = 212,
     /// The length of argument {first} exceeds the address space.
     HAB_BAD_LENGTH = 213,
-    /// The model file has {second} bytes where its header says {first}.
+    /// The model file has {second} bytes where {first} are expected: by its header, or for one.
     HAB_TRUNCATED = 301,
     /// These bytes are no .hab model file.
     HAB_BAD_MAGIC = 302,
@@ -116,6 +116,8 @@ pub struct hab_error_detail {
     pub first: u32,
     /// Second number of the code.
     pub second: u32,
+    /// Position, from 1, of the argument that the code speaks of: the pointer's where a slice is meant; 0 where it speaks of none.
+    pub argument: u32,
 }
 
 /// Why a call did nothing.
@@ -128,6 +130,7 @@ pub(crate) enum Refusal {
     Overlap { arguments: [u32; 2] },
     Misaligned { argument: u32, alignment: u32 },
     BadLength { argument: u32 },
+    Length { argument: u32, expected: usize, found: usize },
     Internal,
 }
 
@@ -148,9 +151,31 @@ impl Refusal {
             Refusal::Overlap { arguments } => (hab_code::HAB_OVERLAP, arguments),
             Refusal::Misaligned { argument, alignment } => (hab_code::HAB_MISALIGNED, [argument, alignment]),
             Refusal::BadLength { argument } => (hab_code::HAB_BAD_LENGTH, [argument, 0]),
+            Refusal::Length { expected, found, .. } => {
+                (hab_code::HAB_DIMENSION_MISMATCH, [expected, found].map(|len| u32::try_from(len).unwrap_or(u32::MAX)))
+            }
             Refusal::Internal => (hab_code::HAB_INTERNAL, [0, 0]),
         }
     }
+
+    /// The argument that it speaks of, from 1; 0 for none.
+    pub(crate) fn argument(self) -> u32 {
+        match self {
+            Refusal::Kernel(_) | Refusal::Internal => 0,
+            Refusal::Overlap { arguments: [argument, _] }
+            | Refusal::NullPointer { argument }
+            | Refusal::NotOpened { argument }
+            | Refusal::BadStruct { argument, .. }
+            | Refusal::Misaligned { argument, .. }
+            | Refusal::BadLength { argument }
+            | Refusal::Length { argument, .. } => argument,
+        }
+    }
+}
+
+/// `Ok` when a slice has the length that is asked for; `argument` is the position of its pointer.
+pub(crate) fn length(argument: u32, expected: usize, found: usize) -> Result<(), Refusal> {
+    if expected == found { Ok(()) } else { Err(Refusal::Length { argument, expected, found }) }
 }
 
 /// C's code of a code of the kernel; they have the same numbers.
@@ -226,6 +251,9 @@ impl Line<'_> {
         while let Some((&byte, behind)) = rest.split_first() {
             rest = if let Some(behind) = rest.strip_prefix(b"{first}") {
                 self.number(detail.first);
+                behind
+            } else if let Some(behind) = rest.strip_prefix(b"{argument}") {
+                self.number(detail.argument);
                 behind
             } else if let Some(behind) = rest.strip_prefix(b"{second}") {
                 self.number(detail.second);

@@ -1,10 +1,10 @@
 //! Vertex positions and their derivatives: whole, or by ranges.
 
 use habitus_core::Error;
-use habitus_core::generator::{Generator, Weights};
+use habitus_core::generator::{Generator, NUMBERS, Weights};
 use habitus_dispatch as kernel;
 
-use crate::code::{Refusal, hab_code, hab_error_detail};
+use crate::code::{Refusal, hab_code, hab_error_detail, length};
 use crate::memory::{Arguments, call};
 use crate::model::{hab_model, opened};
 
@@ -36,6 +36,8 @@ pub unsafe extern "C" fn hab_model_evaluate(
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
         let (identity, pose) = (arguments.input(2, identity, identity_len)?, arguments.input(4, pose, pose_len)?);
         let positions = arguments.output(6, positions, positions_len)?;
+        weights_fit(&generator, identity_len, pose_len)?;
+        length(6, 3 * generator.vertex_count(), positions_len)?;
         // SAFETY: the caller's promise.
         let (identity, pose, positions) = unsafe { (identity.slice(), pose.slice(), positions.slice()) };
         let all = 0..generator.vertex_count();
@@ -70,7 +72,9 @@ pub unsafe extern "C" fn hab_model_evaluate_range(
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
         let (identity, pose) = (arguments.input(2, identity, identity_len)?, arguments.input(4, pose, pose_len)?);
         let positions = arguments.output(8, positions, positions_len)?;
+        weights_fit(&generator, identity_len, pose_len)?;
         let range = range(first_vertex, n_vertices, generator.vertex_count())?;
+        length(8, 3 * range.len(), positions_len)?;
         // SAFETY: the caller's promise.
         let (identity, pose, positions) = unsafe { (identity.slice(), pose.slice(), positions.slice()) };
         Ok(kernel::evaluate(&generator, Weights { identity, pose }, range, positions)?)
@@ -81,8 +85,9 @@ pub unsafe extern "C" fn hab_model_evaluate_range(
 
 /// Positions of n_blocks blocks from first_block on and their derivatives by every weight, in one pass over the model: for fitting programs of your own.
 ///
-/// values holds n_blocks * 3 * HAB_BLOCK_VERTICES floats: x of a block's vertices, then y, then z, millimetres. jacobian holds for each block identity_dim + pose_dim
-/// times as many, the identity weights first: millimetres per weight. Lanes behind the last vertex are zero in files of this project.
+/// With B = HAB_BLOCK_VERTICES, D = identity_dim + pose_dim, and block counted from first_block, the coordinate `axis` (0 to 2) of vertex B * (first_block + block) + lane is
+/// values[(block * 3 + axis) * B + lane], millimetres, and its derivative by weight k (the identity weights first) is jacobian[((block * D + k) * 3 + axis) * B + lane], millimetres per
+/// weight. Lanes behind the last vertex are zero in files of this project.
 ///
 /// Returns as hab_model_evaluate, and HAB_INDEX_OUT_OF_RANGE.
 ///
@@ -109,7 +114,9 @@ pub unsafe extern "C" fn hab_model_linearise(
         let (identity, pose) = (arguments.input(2, identity, identity_len)?, arguments.input(4, pose, pose_len)?);
         let values = arguments.output(8, values, values_len)?;
         let jacobian = arguments.output(10, jacobian, jacobian_len)?;
+        weights_fit(&generator, identity_len, pose_len)?;
         let range = range(first_block, n_blocks, generator.block_count())?;
+        block_lengths([8, 10], range.len(), generator.dim(), [values_len, jacobian_len])?;
         // SAFETY: the caller's promise.
         let (identity, pose, values, jacobian) =
             unsafe { (identity.slice(), pose.slice(), values.slice(), jacobian.slice()) };
@@ -117,6 +124,24 @@ pub unsafe extern "C" fn hab_model_linearise(
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 12, body) }
+}
+
+/// Numbers of weights, in the arguments 2 and 4.
+fn weights_fit(generator: &impl Generator, identity_len: usize, pose_len: usize) -> Result<(), Refusal> {
+    length(2, generator.identity_dim(), identity_len)?;
+    length(4, generator.pose_dim(), pose_len)
+}
+
+/// Values and derivatives of so many blocks, in these two arguments.
+pub(crate) fn block_lengths(
+    [values, jacobian]: [u32; 2],
+    blocks: usize,
+    dim: usize,
+    [values_len, jacobian_len]: [usize; 2],
+) -> Result<(), Refusal> {
+    let numbers = blocks.saturating_mul(NUMBERS);
+    length(values, numbers, values_len)?;
+    length(jacobian, numbers.saturating_mul(dim), jacobian_len)
 }
 
 /// `count` things from `first` on, all below `limit`.

@@ -9,7 +9,7 @@ use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::levenberg_marquardt::{Limits, Status};
 use habitus_dispatch as kernel;
 
-use crate::code::{Refusal, hab_code, hab_error_detail};
+use crate::code::{Refusal, hab_code, hab_error_detail, length};
 use crate::measurements::{Landmarks, Measurements};
 use crate::memory::{Arguments, Input, OutObject, Output, call};
 use crate::model::hab_model;
@@ -72,7 +72,8 @@ pub struct hab_fit_options {
     pub struct_bytes: u32,
     /// Which motions are sought, see hab_frame; option 1 of HAB_BAD_OPTION.
     pub frame: u32,
-    /// 1: the first placement is found from the data; 0: it is the one given. Option 2.
+    /// 1: the first placement is found from the data; 0: it is the one given, whose scale must be above zero and whose rotation must be one to
+    /// 0.001 (option 10); where the frame seeks no scale, its scale stays. Option 2.
     pub place: u32,
     /// Prior of the identity weights, see hab_prior; option 3.
     pub identity_prior: u32,
@@ -82,7 +83,7 @@ pub struct hab_fit_options {
     pub identity_factor: f32,
     /// Factor of the pose prior, above zero; option 6.
     pub pose_factor: f32,
-    /// Standard deviation of the measured positions per axis, millimetres, above zero; option 7.
+    /// Standard deviation of the measured positions per axis, millimetres, above zero; option 7. A good fit has an rms of about 1.7 times as much.
     pub noise: f32,
     /// Most evaluations after the first.
     pub max_iterations: u32,
@@ -98,13 +99,13 @@ pub struct hab_fit_options {
 pub struct hab_sample {
     /// Vertices of a triangle, or one vertex and any two others of weight 0.
     pub vertices: [u32; 3],
-    /// Weights of the vertices, sum 1.
+    /// Weights of the vertices, sum 1 (which is not checked).
     pub barycentric: [f32; 3],
     /// Measured position in the frame of the scan, millimetres.
     pub target: [f32; 3],
     /// Unit normal of the scan at the target: with it only the distance along the normal counts. All zero: no normal.
     pub normal: [f32; 3],
-    /// Weight of the squared distance, at least 0; 0 leaves the sample out.
+    /// Weight of the squared distance, at least 0; 0 leaves the sample out. A negative weight is HAB_NOT_FINITE.
     pub weight: f32,
 }
 
@@ -112,7 +113,8 @@ pub struct hab_sample {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct hab_fit_report {
-    /// Root of the weighted mean squared distance of the samples, millimetres.
+    /// Root of the weighted mean squared distance of the samples in space, millimetres. Many times the noise means wrong units, another order of the
+    /// landmarks, or a mirrored scan.
     pub rms: f32,
     /// Energy at the result: squared distances over the squared noise, and the priors.
     pub energy: f32,
@@ -124,7 +126,7 @@ pub struct hab_fit_report {
     pub status: u32,
 }
 
-/// Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, the solver's own limits.
+/// Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6, damping 1e-3.
 ///
 /// Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED.
 ///
@@ -169,10 +171,14 @@ pub extern "C" fn hab_fit_workspace_bytes(identity_dim: u32, pose_dim: u32, fram
 ///
 /// prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
 /// iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
-/// null with length 0 says that all were. identity and pose hold the start (the mean of the training data: hab_model_weights with deviations of 0) and receive the
-/// result; so does placement, whose start counts only when options->place is 0. report may be null.
+/// null with length 0 says that all were; the target of a missing one is not looked at and may be NaN. identity and pose hold the start and receive the result; so does
+/// placement, whose start counts only when options->place is 0. report may be null.
 ///
-/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
+/// Start from the mean of the training data (hab_model_weights with deviations of 0); in a model without statistics set both priors to HAB_PRIOR_NONE and start from one of
+/// its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
+/// factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
+///
+/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
 /// a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
 /// HAB_BAD_LENGTH.
 ///
@@ -205,6 +211,7 @@ pub unsafe extern "C" fn hab_fit_landmarks(
         let targets = arguments.input(4, targets, targets_len)?;
         let measured = arguments.input(6, measured, measured_len)?;
         let memory = FitMemory {
+            positions: [8, 10],
             identity: arguments.output(8, identity, identity_len)?,
             pose: arguments.output(10, pose, pose_len)?,
             placement: arguments.out_object(12, placement)?,
@@ -252,6 +259,7 @@ pub unsafe extern "C" fn hab_fit_points(
         let options = unsafe { checked_options(arguments, options)? };
         let samples: Input<hab_sample> = arguments.input(4, samples, samples_len)?;
         let memory = FitMemory {
+            positions: [6, 8],
             identity: arguments.output(6, identity, identity_len)?,
             pose: arguments.output(8, pose, pose_len)?,
             placement: arguments.out_object(10, placement)?,
@@ -267,6 +275,8 @@ pub unsafe extern "C" fn hab_fit_points(
 
 /// Where a fit reads its start and writes its result.
 struct FitMemory {
+    /// Positions of the arguments of identity and pose.
+    positions: [u32; 2],
     identity: Output<f32>,
     pose: Output<f32>,
     placement: OutObject<hab_placement>,
@@ -302,7 +312,8 @@ unsafe fn checked_options(
         options.pose_prior <= hab_prior::HAB_PRIOR_BOX as u32,
         positive(options.identity_factor),
         positive(options.pose_factor),
-        positive(options.noise),
+        // What the solver works with.
+        positive(options.noise) && positive(1.0 / (options.noise * options.noise)),
         options.relative_decrease >= 0.0 && options.relative_decrease.is_finite(),
         positive(options.damping),
     ];
@@ -347,6 +358,12 @@ unsafe fn fitted(
     let (identity, pose, workspace, place) =
         unsafe { (memory.identity.slice(), memory.pose.slice(), memory.workspace.slice(), memory.placement.old()) };
     let mut place = similarity(&place);
+    let [identity_argument, pose_argument] = memory.positions;
+    length(identity_argument, shape.identity_dim(), identity.len())?;
+    length(pose_argument, shape.pose_dim(), pose.len())?;
+    if !core_options.place && !is_placement(&place) {
+        return Err(Refusal::Kernel(Error::BadOption { option: 10 }));
+    }
     let report = kernel::fit_points(shape, samples, &core_options, identity, pose, &mut place, workspace)?;
     // SAFETY: the caller's promise.
     unsafe { memory.placement.set(placement(&place)) };
@@ -374,6 +391,15 @@ fn prior<'a>(shape: &Shape<'a>, mode: Mode, options: &hab_fit_options) -> Result
     } else {
         Prior::Gaussian(gaussian, factor)
     })
+}
+
+/// A scale above zero and a rotation: rows of unit length at right angles to 0.001, right-handed.
+fn is_placement(placement: &Similarity<f32>) -> bool {
+    let [a, b, c] = placement.rotation;
+    let dot = |u: [f32; 3], v: [f32; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
+    let third = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let deviations = [dot(a, a) - 1.0, dot(b, b) - 1.0, dot(c, c) - 1.0, dot(a, b), dot(third, c) - 1.0];
+    placement.is_finite() && deviations.iter().all(|deviation| (-1e-3..=1e-3).contains(deviation))
 }
 
 fn similarity(placement: &hab_placement) -> Similarity<f32> {

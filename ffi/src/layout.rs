@@ -55,7 +55,7 @@ macro_rules! enums {
 }
 
 structs! { STRUCTS:
-    hab_error_detail { code, first, second }
+    hab_error_detail { code, first, second, argument }
     hab_model { opaque }
     hab_fit_options {
         struct_bytes, frame, place, identity_prior, pose_prior, identity_factor, pose_factor, noise, max_iterations,

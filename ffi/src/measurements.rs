@@ -4,7 +4,7 @@ use habitus_core::Error;
 use habitus_core::fit::{Sample, Samples, SurfacePoint};
 use habitus_core::format::{Indices, Model, SectionId};
 
-use crate::code::Refusal;
+use crate::code::{Refusal, length};
 use crate::fit::hab_sample;
 
 /// C's landmarks as samples.
@@ -18,15 +18,9 @@ impl<'a> Landmarks<'a> {
     pub(crate) fn new(model: &Model<'a>, targets: &'a [f32], measured: &'a [u8]) -> Result<Self, Refusal> {
         let unsupported = Error::Unsupported { section: SectionId::Landmarks as u32 };
         let vertices = model.landmarks().ok_or(unsupported)?;
-        let mismatch = |expected: usize, found: usize| {
-            let found = u32::try_from(found).unwrap_or(u32::MAX);
-            Refusal::Kernel(Error::DimensionMismatch { expected: expected as u32, found })
-        };
-        if targets.len() != 3 * vertices.len() {
-            return Err(mismatch(3 * vertices.len(), targets.len()));
-        }
-        if !measured.is_empty() && measured.len() != vertices.len() {
-            return Err(mismatch(vertices.len(), measured.len()));
+        length(4, 3 * vertices.len(), targets.len())?;
+        if !measured.is_empty() {
+            length(6, vertices.len(), measured.len())?;
         }
         Ok(Landmarks { vertices, targets: targets.as_chunks().0, measured })
     }

@@ -192,7 +192,7 @@ pub(crate) unsafe fn call(
     let apart = !matches!(refusal, Refusal::Overlap { arguments } if arguments.contains(&position));
     if !detail.is_null() && apart {
         // SAFETY: not null, aligned, and the caller promises that it can be written.
-        unsafe { detail.write(hab_error_detail { code: code as i32, first, second }) }
+        unsafe { detail.write(hab_error_detail { code: code as i32, first, second, argument: refusal.argument() }) }
     }
     code
 }

@@ -7,8 +7,8 @@ use habitus_core::generator::prepared::{Prepared, prepared_req};
 use habitus_core::generator::{Generator, Weights};
 use habitus_dispatch as kernel;
 
-use crate::code::{Refusal, hab_code, hab_error_detail};
-use crate::evaluate::range;
+use crate::code::{Refusal, hab_code, hab_error_detail, length};
+use crate::evaluate::{block_lengths, range};
 use crate::memory::{Arguments, call};
 use crate::model::{hab_model, mode_of, opened};
 
@@ -95,6 +95,8 @@ pub unsafe extern "C" fn hab_prepared_init(
         let workspace = arguments.workspace(7, workspace.cast(), workspace_bytes)?;
         let out = arguments.out_object(9, prepared)?;
         let (fixed, blocks) = (mode_of(fixed_mode, 2)?, range(first_block, n_blocks, generator.block_count())?);
+        let dim = if fixed == Mode::Identity { generator.identity_dim() } else { generator.pose_dim() };
+        length(3, dim, weights_len)?;
         // SAFETY: the caller's promise.
         let (weights, workspace) = unsafe { (weights.slice(), workspace.slice()) };
         kernel::prepared(&generator, fixed, weights, blocks.clone(), workspace)?;
@@ -160,7 +162,9 @@ pub unsafe extern "C" fn hab_prepared_evaluate(
         let form = unsafe { formed(arguments, 1, prepared)? };
         let weights = arguments.input(2, weights, weights_len)?;
         let positions = arguments.output(6, positions, positions_len)?;
+        length(2, form.dim(), weights_len)?;
         let range = range(first_vertex, n_vertices, form.vertex_count())?;
+        length(6, 3 * range.len(), positions_len)?;
         // SAFETY: the caller's promise.
         let (weights, positions) = unsafe { (weights.slice(), positions.slice()) };
         Ok(kernel::evaluate(form, free_weights(form, weights), range, positions)?)
@@ -169,7 +173,8 @@ pub unsafe extern "C" fn hab_prepared_evaluate(
     unsafe { call(detail, 8, body) }
 }
 
-/// Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise.
+/// Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise,
+/// with D the number of free weights.
 ///
 /// Returns as hab_prepared_evaluate.
 ///
@@ -194,7 +199,9 @@ pub unsafe extern "C" fn hab_prepared_linearise(
         let weights = arguments.input(2, weights, weights_len)?;
         let values = arguments.output(6, values, values_len)?;
         let jacobian = arguments.output(8, jacobian, jacobian_len)?;
+        length(2, form.dim(), weights_len)?;
         let range = range(first_block, n_blocks, form.block_count())?;
+        block_lengths([6, 8], range.len(), form.dim(), [values_len, jacobian_len])?;
         // SAFETY: the caller's promise.
         let (weights, values, jacobian) = unsafe { (weights.slice(), values.slice(), jacobian.slice()) };
         Ok(kernel::linearise(form, free_weights(form, weights), range, values, jacobian)?)

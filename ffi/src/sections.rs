@@ -5,7 +5,7 @@ use core::ffi::c_char;
 use habitus_core::Error;
 use habitus_core::format::{ElementType, Section, SectionId};
 
-use crate::code::{Refusal, hab_code, hab_error_detail};
+use crate::code::{Refusal, hab_code, hab_error_detail, length};
 use crate::memory::{Arguments, call};
 use crate::model::{Opened, hab_model, mode_of, opened};
 
@@ -25,13 +25,14 @@ pub enum hab_section_id {
     HAB_SECTION_MIRROR = 5,
     /// Mean of the identity weights over the training data.
     HAB_SECTION_IDENTITY_MEAN = 6,
-    /// Standard deviation of the identity weights.
+    /// Unit in which the identity weights are measured: 1 / sqrt(d) for models that were trained on d identities, which is their root mean square over the
+    /// training data, and their standard deviation where the mean is near zero; the first weight of a multilinear model varies much less around its mean.
     HAB_SECTION_IDENTITY_SCALE = 7,
     /// Inverse covariance of the identity weights: identity_dim, identity_dim.
     HAB_SECTION_IDENTITY_PRECISION = 8,
     /// Mean of the pose weights over the training data.
     HAB_SECTION_POSE_MEAN = 9,
-    /// Standard deviation of the pose weights.
+    /// The same of the pose weights.
     HAB_SECTION_POSE_SCALE = 10,
     /// Inverse covariance of the pose weights: pose_dim, pose_dim.
     HAB_SECTION_POSE_PRECISION = 11,
@@ -274,7 +275,8 @@ pub unsafe extern "C" fn hab_model_text(
     unsafe { call(detail, 6, body) }
 }
 
-/// Weights of a mode from standard deviations: mean + deviation * scale for each weight. Deviations of 0 give the mean of the training data.
+/// Weights of a mode from standard deviations, in the unit of the sections ..._SCALE: mean + deviation * scale for each weight. Deviations of 0 give the mean of the training
+/// data. The way back is (weight - mean) / scale, with hab_model_read_f32.
 ///
 /// Returns HAB_OK, HAB_UNSUPPORTED when the file has no statistics, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH when a length is not that
 /// of the mode, HAB_NOT_FINITE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
@@ -302,6 +304,8 @@ pub unsafe extern "C" fn hab_model_weights(
             habitus_core::format::Mode::Pose => SectionId::PoseMean,
         };
         let gaussian = opened.model.gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
+        length(3, gaussian.mean.len(), deviations_len)?;
+        length(5, gaussian.mean.len(), weights_len)?;
         // SAFETY: the caller's promise.
         gaussian.weights_into(unsafe { deviations.slice() }, unsafe { weights.slice() })?;
         Ok(())

@@ -2,12 +2,11 @@
 //!
 //! One type for both: the solver is 40 KB of code for every vector width, and the choice costs a branch per block of vertices.
 
-use habitus_core::Error;
-use habitus_core::format::Model;
+use habitus_core::format::{Mode, Model};
 use habitus_core::generator::prepared::Prepared;
 use habitus_core::generator::{Block, Generator, NUMBERS, Weights};
 
-use crate::code::Refusal;
+use crate::code::{Refusal, length};
 use crate::memory::Arguments;
 use crate::model::{Opened, hab_model, opened};
 use crate::prepared::{formed, hab_prepared};
@@ -36,11 +35,12 @@ impl<'a> Shape<'a> {
         // SAFETY: the caller's promise.
         let form = unsafe { formed(arguments, 2, prepared)? };
         // A form of some of the blocks, or of another model, has other vertices.
-        let (expected, found) = (opened.generator.vertex_count(), form.vertex_count());
-        if expected != found {
-            let error = Error::DimensionMismatch { expected: expected as u32, found: found as u32 };
-            return Err(Refusal::Kernel(error));
-        }
+        length(2, opened.generator.vertex_count(), form.vertex_count())?;
+        let free_dim = match form.free() {
+            Mode::Identity => opened.generator.identity_dim(),
+            Mode::Pose => opened.generator.pose_dim(),
+        };
+        length(2, free_dim, form.dim())?;
         Ok(Shape { opened, form: Some(form) })
     }
 

@@ -4,10 +4,11 @@ use core::mem::{offset_of, size_of};
 
 #[rustfmt::skip]
 const _: () = {
-    assert!(size_of::<crate::hab_error_detail>() == 12);
+    assert!(size_of::<crate::hab_error_detail>() == 16);
     assert!(offset_of!(crate::hab_error_detail, code) == 0);
     assert!(offset_of!(crate::hab_error_detail, first) == 4);
     assert!(offset_of!(crate::hab_error_detail, second) == 8);
+    assert!(offset_of!(crate::hab_error_detail, argument) == 12);
     assert!(size_of::<crate::hab_model>() == 256);
     assert!(offset_of!(crate::hab_model, opaque) == 0);
     assert!(size_of::<crate::hab_fit_options>() == 44);

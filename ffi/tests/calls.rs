@@ -18,7 +18,7 @@ use habitus_ffi::sections::*;
 const FACE: &[u8] = include_bytes!("../../examples/firmware/models/face.hab");
 const IDENTITY: [f32; 6] = [0.20, -0.13, 0.05, 0.08, -0.04, 0.10];
 const POSE: [f32; 4] = [0.35, -0.30, 0.20, 0.10];
-const NO_DETAIL: hab_error_detail = hab_error_detail { code: 0, first: 0, second: 0 };
+const NO_DETAIL: hab_error_detail = hab_error_detail { code: 0, first: 0, second: 0, argument: 0 };
 
 fn opened() -> hab_model {
     let mut model = hab_model { opaque: [MaybeUninit::zeroed(); 32] };
@@ -171,7 +171,7 @@ fn codes_have_numbers_names_and_sentences() {
     for (position, (code, name, meaning)) in CODES.iter().enumerate() {
         assert!(CODES[..position].iter().all(|(other, ..)| (*other as i32) < *code as i32), "{name:?}");
         assert!(meaning.to_str().unwrap().ends_with('.'), "{meaning:?}");
-        let detail = hab_error_detail { code: *code as i32, first: u32::MAX, second: u32::MAX };
+        let detail = hab_error_detail { code: *code as i32, first: u32::MAX, second: u32::MAX, argument: u32::MAX };
         let mut text = [1; 160];
         // SAFETY: as above.
         let line = unsafe {
@@ -188,7 +188,7 @@ fn codes_have_numbers_names_and_sentences() {
         }
     }
     let short = &mut [1; 8];
-    let detail = hab_error_detail { code: 103, first: 4, second: 0 };
+    let detail = hab_error_detail { code: 103, first: 4, second: 0, argument: 0 };
     // SAFETY: as above.
     unsafe { hab_error_format(&detail, short.as_mut_ptr(), short.len()) };
     assert_eq!(short.map(|byte| byte as u8), *b"HAB_NOT\0");

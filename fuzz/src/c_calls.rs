@@ -270,7 +270,7 @@ impl Arena {
                 14 => return (self.fitted(call, model, [n, di, dp], detail), true),
                 _ => {
                     let text = self.argument::<u8>(call, 1, usize::from(call.options[0]), true);
-                    let given = hab_error_detail { code: a as i32 * 2, first: b, second: c };
+                    let given = hab_error_detail { code: a as i32 * 2, first: b, second: c, argument: 0 };
                     return (hab_error_format(&given, text.0.cast(), text.1), false);
                 }
             };

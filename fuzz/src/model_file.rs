@@ -198,3 +198,31 @@ fn check_written(model: &Model<'_>, file: &[u8]) {
         assert_eq!(out, file, "written otherwise than read");
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+
+    /// The changes are worth something only if some files survive them and the others are refused for many reasons.
+    #[test]
+    fn changed_files_are_opened_or_refused_for_many_reasons() {
+        let mut state = 7u32;
+        let mut byte = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 24) as u8
+        };
+        let mut outcomes = BTreeMap::new();
+        for length in (0..1000).map(|k| 1 + k % 40) {
+            let bytes: Vec<u8> = (0..length).map(|_| byte()).collect();
+            check(&bytes);
+            if let Some(file) = Damage::file_of(&bytes) {
+                let code = Model::open(&file).map_or_else(|error| error.code() as i32, |_| 0);
+                *outcomes.entry(code).or_insert(0) += 1;
+            }
+        }
+        assert!(outcomes.get(&0).is_some_and(|&opened| opened >= 100), "{outcomes:?}");
+        assert!(outcomes.len() >= 7, "codes and their files: {outcomes:?}");
+        assert!(!outcomes.contains_key(&304), "a checksum was not repaired: {outcomes:?}");
+    }
+}

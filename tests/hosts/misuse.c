@@ -60,7 +60,7 @@ static hab_error_detail detail;
 static int n_rows, n_faults;
 
 static void fresh(void) {
-    const hab_error_detail none = {-7, 0, 0};
+    const hab_error_detail none = {-7, 0, 0, 0};
     memset(&out, 0xA5, sizeof out);
     memcpy(&in, &in_sound, sizeof in);
     /* What goes in and out begins sound, too. */

@@ -19,7 +19,7 @@ static bool accepted(context *c, hab_code code, const hab_error_detail *detail) 
 }
 
 static bool opened(context *c, hab_model *model, hab_counts *counts) {
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     bytes file = context_model(c);
     if (c->wrong != PROBLEM_NONE || !accepted(c, hab_model_open(file.at, file.count, model, &detail), &detail)) {
         return false;
@@ -31,7 +31,7 @@ static bool opened(context *c, hab_model *model, hab_counts *counts) {
 static void evaluate(context *c) {
     hab_model model;
     hab_counts counts;
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     floats identity = context_floats(c, "identity"), pose = context_floats(c, "pose"), out;
     integers ranges = context_integers(c, "ranges");
     size_t k;
@@ -67,7 +67,7 @@ static void evaluate(context *c) {
 static void linearised_block(context *c) {
     hab_model model;
     hab_counts counts;
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     floats identity = context_floats(c, "identity"), pose = context_floats(c, "pose"), block, jacobian;
     uint32_t first = context_integer(c, "block");
     if (!opened(c, &model, &counts)) {
@@ -88,7 +88,7 @@ static void linearised_block(context *c) {
 static void linearised_vertex(context *c) {
     hab_model model;
     hab_counts counts;
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     floats identity = context_floats(c, "identity"), pose = context_floats(c, "pose"), block, jacobian;
     uint32_t vertex = context_integer(c, "vertex"), lane = vertex % HAB_BLOCK_VERTICES;
     size_t k;
@@ -116,7 +116,7 @@ static void prepared(context *c) {
     hab_model model;
     hab_counts counts;
     hab_prepared form;
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     floats identity = context_floats(c, "identity"), pose = context_floats(c, "pose");
     bool identity_fixed = text_equals(context_word(c, "fixed"), "identity");
     uint32_t mode = identity_fixed ? HAB_MODE_IDENTITY : HAB_MODE_POSE;
@@ -307,7 +307,7 @@ static void fit_landmarks(context *c) {
 
 /* Reals of a section that the file may lack, compared with a part of a field; returns where the part ends. */
 static size_t compare_reals(context *c, const hab_model *model, uint32_t id, const char *key, size_t from) {
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     hab_section section;
     floats found;
     section.struct_bytes = sizeof section;
@@ -322,7 +322,7 @@ static size_t compare_reals(context *c, const hab_model *model, uint32_t id, con
 }
 
 static void compare_section_integers(context *c, const hab_model *model, uint32_t id, const char *key, size_t count) {
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     integers found = context_zero_integers(c, count);
     if (count > 0 && accepted(c, hab_model_read_u32(model, id, 0, found.at, found.count, &detail), &detail)) {
         compare_integers(c, key, found.at, found.count);
@@ -335,7 +335,7 @@ static void open_file(context *c) {
     hab_model model;
     hab_counts counts;
     hab_section section;
-    hab_error_detail detail = {0, 0, 0};
+    hab_error_detail detail = {0, 0, 0, 0};
     size_t end;
     uint32_t k, axis;
     if (!opened(c, &model, &counts)) {

@@ -24,6 +24,9 @@ const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-leve
 /// Seconds for one input, MiB for the process, and MiB for one allocation: inputs have a few KiB.
 const LIMITS: [&str; 3] = ["-timeout=10", "-rss_limit_mb=2048", "-malloc_limit_mb=64"];
 
+/// Without the search for leaks at the end, which needs ptrace.
+const NO_LEAKS: &str = "detect_leaks=0";
+
 /// Options of `cargo xtask fuzz`.
 #[derive(clap::Args)]
 pub struct Options {
@@ -103,10 +106,15 @@ fn targets() -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Builds every target, instrumented; returns the folder with the programs.
+/// Builds every target, instrumented, and runs the tests of what they assert; returns the folder with the programs.
 fn build(compiler: &NightlyCompiler) -> Result<PathBuf> {
-    let arguments = ["build", "--quiet", "--release", "--features", "control", "--target", &compiler.host];
-    succeed(cargo_in(FOLDER, TARGET, &arguments).env("RUSTC", &compiler.rustc).env("RUSTFLAGS", FLAGS))?;
+    let options = ["--quiet", "--release", "--features", "control", "--target", &compiler.host];
+    for command in [&["build"][..], &["test", "--lib"]] {
+        let mut cargo = cargo_in(FOLDER, TARGET, &[command, &options].concat());
+        cargo.env("RUSTC", &compiler.rustc).env("RUSTFLAGS", FLAGS).env("ASAN_OPTIONS", NO_LEAKS);
+        // The figures alone belong on standard output.
+        succeed(cargo.stdout(std::io::stderr()))?;
+    }
     Ok(target_dir(TARGET).join(&compiler.host).join("release"))
 }
 
@@ -151,9 +159,8 @@ fn fuzz(programs: &Path, name: &str, seconds: u32) -> Result<Row> {
     let file = std::fs::File::create(&log).map_err(|error| format!("{}: {error}", log.display()))?;
     let program = programs.join(name);
     let mut command = Command::new(&program);
-    // The limit of one allocation hangs on libFuzzer's search for leaks, which therefore stays on; the sanitizer's own, which
-    // needs ptrace, does not.
-    command.args(LIMITS).arg("-print_final_stats=1").env("ASAN_OPTIONS", "detect_leaks=0");
+    // The limit of one allocation hangs on libFuzzer's own search for leaks, which therefore stays on.
+    command.args(LIMITS).arg("-print_final_stats=1").env("ASAN_OPTIONS", NO_LEAKS);
     command.arg(format!("-max_total_time={seconds}")).arg(format!("-artifact_prefix={}/", artifacts.display()));
     command.arg(&found);
     let committed = project().join(FOLDER).join("corpus").join(name);

@@ -3,8 +3,11 @@
 use super::Refusal;
 use super::number::Number;
 
+/// A matrix of rows.
+type Rows<R> = Vec<Vec<R>>;
+
 /// The diagonalised matrix and the eigenvectors as rows, sorted by descending eigenvalue, signs fixed.
-pub fn eigenpairs<R: Number>(a: &[Vec<R>]) -> Result<(Vec<Vec<R>>, Vec<Vec<R>>), Refusal> {
+pub fn eigenpairs<R: Number>(a: &[Vec<R>]) -> Result<(Rows<R>, Rows<R>), Refusal> {
     if let Some(index) = a.iter().flatten().position(|entry| !entry.is_finite()) {
         return Err([103, index as u32, 0]);
     }
