@@ -131,20 +131,19 @@ private:
 /// The code of an error that only this header knows: a file could not be read. first() is the errno.
 inline constexpr hab_code file_not_read = -1;
 
-/// Why a call did nothing: a code of habitus.h and two numbers.
+/// Why a call did nothing: a code of habitus.h and its numbers.
 class error {
 public:
     explicit error(const hab_error_detail& detail) noexcept : detail_(detail) {}
-    explicit error(hab_code code, std::uint32_t first = 0, std::uint32_t second = 0) noexcept {
-        detail_.code = code;
-        detail_.first = first;
-        detail_.second = second;
-    }
+    explicit error(hab_code code, std::uint32_t first = 0, std::uint32_t second = 0, std::uint32_t argument = 0) noexcept
+        : detail_{code, first, second, argument} {}
 
     hab_code code() const noexcept { return detail_.code; }
     /// What they say depends on the code, see habitus.h.
     std::uint32_t first() const noexcept { return detail_.first; }
     std::uint32_t second() const noexcept { return detail_.second; }
+    /// Position, from 1, of the argument that the code speaks of in the function of habitus.h; 0 where it speaks of none.
+    std::uint32_t argument() const noexcept { return detail_.argument; }
     /// For instance "HAB_NOT_FINITE".
     const char* name() const noexcept { return code() == file_not_read ? "file_not_read" : hab_error_name(code()); }
     /// One line with the numbers.
@@ -579,7 +578,7 @@ public:
     }
     /// Writes pose_dim() weights.
     result<void> pose_start(std::uint32_t pose, span<float> out) const noexcept {
-        if (const result<void> fits = sized(pose_dim(), out.size()); !fits) {
+        if (const result<void> fits = sized(pose_dim(), out.size(), read_out); !fits) {
             return fits;
         }
         return read(HAB_SECTION_POSE_STARTS, out, std::size_t{pose} * pose_dim());
@@ -645,7 +644,7 @@ public:
         return detail::filled<float>(dim(of), [&](span<float> out) { return weights_from_deviations(of, deviations, out); });
     }
     /// How many standard deviations each weight is from the mean of the training data: (weight - mean) / scale. `deviations` may be the
-    /// memory of `weights`.
+    /// memory of `weights`. Errors as hab_model_weights, the arguments counted as there.
     result<void> deviations_from_weights(mode of, span<const float> weights, span<float> deviations) const noexcept {
         const bool identity = of == mode::identity;
         if (!identity && of != mode::pose) {
@@ -659,7 +658,7 @@ public:
             const result<void> done = read(means, span<float>(&mean, 1), at);
             return done ? read(scales, span<float>(&scale, 1), at) : done;
         };
-        for (const result<void>& right : {sized(dim(of), weights.size()), sized(dim(of), deviations.size()), read_at(0)}) {
+        for (const result<void>& right : {sized(dim(of), weights.size(), 3), sized(dim(of), deviations.size(), 5), read_at(0)}) {
             if (!right) {
                 return right;
             }
@@ -833,13 +832,15 @@ private:
         counts.struct_bytes = sizeof counts;
         return detail::called([&](hab_error_detail* reason) { return hab_model_counts(&model_, &counts, reason); });
     }
-    result<void> sized(std::size_t expected, std::size_t found) const noexcept {
+    /// Position of the output of hab_model_read_u32 and hab_model_read_f32.
+    static constexpr std::uint32_t read_out = 4;
+    result<void> sized(std::size_t expected, std::size_t found, std::uint32_t argument) const noexcept {
         const result<void> open = opened();
         if (!open || expected == found) {
             return open;
         }
         const auto shown = static_cast<std::uint32_t>(found < UINT32_MAX ? found : UINT32_MAX);
-        return error(HAB_DIMENSION_MISMATCH, static_cast<std::uint32_t>(expected), shown);
+        return error(HAB_DIMENSION_MISMATCH, static_cast<std::uint32_t>(expected), shown, argument);
     }
     static result<void> within(std::uint32_t first, std::uint32_t count, std::uint32_t limit) noexcept {
         if (first <= limit && count <= limit - first) {
@@ -853,7 +854,7 @@ private:
     }
     template <class T>
     result<void> exactly(std::uint32_t section_id, std::size_t size, span<T> out) const noexcept {
-        const result<void> fits = sized(size, out.size());
+        const result<void> fits = sized(size, out.size(), read_out);
         return fits ? read(section_id, out) : fits;
     }
     template <class Find>

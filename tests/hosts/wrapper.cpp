@@ -225,7 +225,8 @@ void content(const habitus::model& model) {
     CHECK(faces.size() == 3U * model.n_faces() && landmarks.size() == model.n_landmarks());
     CHECK(*std::max_element(faces.begin(), faces.end()) < model.n_vertices());
     std::vector<std::uint32_t> short_by_one(landmarks.size() - 1);
-    CHECK(model.landmarks(short_by_one).error() == HAB_DIMENSION_MISMATCH);
+    const auto too_short = model.landmarks(short_by_one).error();
+    CHECK(too_short == HAB_DIMENSION_MISMATCH && too_short.argument() == 4 && too_short.second() == landmarks.size() - 1);
     std::vector<std::uint32_t> copy(landmarks.size());
     CHECK(model.landmarks(copy) && copy == landmarks);
     const auto sections = model.sections().value();
@@ -260,7 +261,8 @@ void weights(const habitus::model& model) {
         const auto bad = model.deviations_from_weights(mode, weights, deviations).error();
         CHECK(bad == HAB_NOT_FINITE && bad.first() == weights.size() - 1 && deviations[0] == -1);
         weights.pop_back();
-        CHECK(model.deviations_from_weights(mode, weights).error() == HAB_DIMENSION_MISMATCH);
+        const auto too_short = model.deviations_from_weights(mode, weights).error();
+        CHECK(too_short == HAB_DIMENSION_MISMATCH && too_short.argument() == 3);
     }
     CHECK(model.deviations_from_weights(static_cast<habitus::mode>(2), {}).error() == HAB_BAD_OPTION);
     CHECK(model.weights_from_deviations(habitus::mode::identity, {1.0F, 2.0F}).error() == HAB_DIMENSION_MISMATCH);
@@ -272,6 +274,10 @@ void evaluation(const habitus::model& model) {
     const auto pose = model.mean(habitus::mode::pose).value();
     const auto all = model.evaluate(identity, pose).value();
     CHECK(all.size() == 3U * model.n_vertices());
+    std::vector<float> short_by_one(all.size() - 1);
+    const auto too_short = model.evaluate(identity, pose, short_by_one).error();
+    CHECK(too_short == HAB_DIMENSION_MISMATCH && too_short.argument() == 6);
+    CHECK(too_short.message().find("Argument 6 has " + std::to_string(all.size() - 1)) != std::string::npos);
     CHECK(model.evaluate(pose, identity).error() == HAB_DIMENSION_MISMATCH);
     const auto part = model.evaluate_range(identity, pose, 5, 7).value();
     CHECK(same(part, {all.begin() + 15, all.begin() + 36}));
