@@ -4,14 +4,16 @@
 //     if (!face) return complain(face.error().message());
 //     auto identity = face->mean(habitus::mode::identity);        // result<std::vector<float>>
 //     auto pose = face->mean(habitus::mode::pose);
-//     auto positions = face->evaluate(*identity, *pose);          // x y z of each vertex, millimetres
+//     auto positions = face->evaluate(identity.value(), pose.value());    // x y z of each vertex, millimetres
 //     auto fit = face->fit_landmarks(targets);                    // result<fit_result>
 //
 // A call that can fail returns a result: test it, then use `*` and `->`, or ask error(); value() throws where exceptions are on and
-// ends the program where they are off. Each call that returns a std::vector has a twin that writes to a span of the caller's and allocates
-// nothing. What a call writes is untouched when it fails.
+// ends the program where they are off. Files compiled with and without exceptions can be linked together. Each call that returns a
+// std::vector has a twin that writes to a span of the caller's and allocates nothing. What a call writes is untouched when it fails;
+// only the workspace of a fit, which is scratch, may have changed.
 //
-// A model is a view of its bytes and can be copied freely; model_file owns them. Any number of threads may use one object at the same time, as
+// A model is a view of its bytes and can be copied freely; model_file owns them. Texts and sections lie in these bytes, so they are not
+// handed out by a temporary model_file: give the file a name first. Any number of threads may use one object at the same time, as
 // all functions but assignments are const. Millimetres, radians, right-handed, y up, triangles counter-clockwise from outside.
 //
 // What the numbers mean, and which errors a call returns, is said once: in habitus.h, at the function of the same name.
@@ -25,11 +27,13 @@
 #include <array>
 #include <cassert>
 #include <cerrno>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <initializer_list>
 #include <limits>
 #include <optional>
 #include <string>
@@ -51,7 +55,7 @@ namespace habitus {
 // ---------------------------------------------------------------------------------------------------------------------- views
 
 /// Pointer and length of elements that somebody else owns, as std::span of C++20. Made from arrays, std::array, std::vector, std::span,
-/// and any other container with data() and size().
+/// and any other container with data() and size(); as the argument of a call that only reads, also from `{1, 2, 3}`.
 template <class T>
 class span {
     template <class Container>
@@ -73,6 +77,9 @@ public:
     template <class Container, class = decltype(std::declval<const Container&>().size()),
               class = if_converts<data_of<const Container>>, class = std::enable_if_t<std::is_const_v<T>, Container>>
     constexpr span(const Container& container) noexcept : data_(container.data()), size_(container.size()) {}
+    /// The elements live until the end of the full expression: for arguments, not for variables.
+    template <class Element = T, class = std::enable_if_t<std::is_const_v<Element>>>
+    constexpr span(std::initializer_list<value_type> elements) noexcept : span(elements.begin(), elements.size()) {}
 
     constexpr T* data() const noexcept { return data_; }
     constexpr std::size_t size() const noexcept { return size_; }
@@ -90,22 +97,53 @@ private:
 
 /// x, y, z, millimetres.
 using point = std::array<float, 3>;
+static_assert(sizeof(point) == 3 * sizeof(float), "points follow each other without gaps");
+
+/// A view of positions that are read: x y z after x y z as floats, or points. Made from whatever a span of either is made of.
+class coordinates {
+    template <class From>
+    using if_floats = std::enable_if_t<std::is_convertible_v<const From&, span<const float>>, int>;
+    template <class From>
+    using if_points = std::enable_if_t<std::is_convertible_v<const From&, span<const point>>, int>;
+
+public:
+    constexpr coordinates() noexcept = default;
+    template <class From, if_floats<From> = 0>
+    constexpr coordinates(const From& from) noexcept : numbers_(from) {}
+    template <class From, if_points<From> = 0, class = void>
+    coordinates(const From& from) noexcept {
+        const span<const point> points(from);
+        numbers_ = {points.empty() ? nullptr : points.data()->data(), 3 * points.size()};
+    }
+
+    constexpr const float* data() const noexcept { return numbers_.data(); }
+    /// Three for each position.
+    constexpr std::size_t size() const noexcept { return numbers_.size(); }
+    constexpr const float* begin() const noexcept { return numbers_.begin(); }
+    constexpr const float* end() const noexcept { return numbers_.end(); }
+
+private:
+    span<const float> numbers_;
+};
 
 // -------------------------------------------------------------------------------------------------------------------- errors
 
 /// The code of an error that only this header knows: a file could not be read. first() is the errno.
 inline constexpr hab_code file_not_read = -1;
 
-/// Why a call did nothing: a code of habitus.h and two numbers.
+/// Why a call did nothing: a code of habitus.h and its numbers.
 class error {
 public:
     explicit error(const hab_error_detail& detail) noexcept : detail_(detail) {}
-    explicit error(hab_code code, std::uint32_t first = 0, std::uint32_t second = 0) noexcept : detail_{code, first, second} {}
+    explicit error(hab_code code, std::uint32_t first = 0, std::uint32_t second = 0, std::uint32_t argument = 0) noexcept
+        : detail_{code, first, second, argument} {}
 
     hab_code code() const noexcept { return detail_.code; }
     /// What they say depends on the code, see habitus.h.
     std::uint32_t first() const noexcept { return detail_.first; }
     std::uint32_t second() const noexcept { return detail_.second; }
+    /// Position, from 1, of the argument that the code speaks of in the function of habitus.h; 0 where it speaks of none.
+    std::uint32_t argument() const noexcept { return detail_.argument; }
     /// For instance "HAB_NOT_FINITE".
     const char* name() const noexcept { return code() == file_not_read ? "file_not_read" : hab_error_name(code()); }
     /// One line with the numbers.
@@ -120,9 +158,11 @@ public:
 
     friend bool operator==(const error& error, hab_code code) noexcept { return error.code() == code; }
     friend bool operator!=(const error& error, hab_code code) noexcept { return error.code() != code; }
+    friend bool operator==(hab_code code, const error& error) noexcept { return error.code() == code; }
+    friend bool operator!=(hab_code code, const error& error) noexcept { return error.code() != code; }
 
 private:
-    hab_error_detail detail_;
+    hab_error_detail detail_{};
 };
 
 #if HABITUS_EXCEPTIONS_
@@ -139,13 +179,23 @@ private:
 
 namespace detail {
 
-[[noreturn]] inline void no_value([[maybe_unused]] const error& reason) {
+// What value() does where there is no value. As its template argument it is part of value()'s name for the linker, so that a program some
+// of whose files are compiled without exceptions has two functions, not one function with two bodies.
 #if HABITUS_EXCEPTIONS_
-    throw exception(reason);
+struct throws {
+    [[noreturn]] static void without_value(const error& reason) { throw exception(reason); }
+};
+using ending = throws;
 #else
-    std::abort();
+struct aborts {
+    [[noreturn]] static void without_value(const error&) noexcept { std::abort(); }
+};
+using ending = aborts;
 #endif
-}
+
+/// Whether a T owns what its functions hand out views of: a temporary result of it has no operator->.
+template <class T>
+inline constexpr bool lends_views = false;
 
 } // namespace detail
 
@@ -156,7 +206,7 @@ public:
     using value_type = T;
 
     result(T value) noexcept(std::is_nothrow_move_constructible_v<T>) : value_(std::move(value)), error_(HAB_OK) {}
-    result(const habitus::error& reason) noexcept : error_(reason) {}
+    result(const habitus::error& reason) noexcept : value_(), error_(reason) {}
 
     bool has_value() const noexcept { return value_.has_value(); }
     explicit operator bool() const noexcept { return has_value(); }
@@ -166,20 +216,37 @@ public:
     const T& operator*() const& noexcept { return assert(has_value()), *value_; }
     /// Of a temporary by value, so that `for (auto name : *model.landmark_names())` may be written.
     T operator*() && { return assert(has_value()), std::move(*value_); }
-    T* operator->() noexcept { return assert(has_value()), &*value_; }
-    const T* operator->() const noexcept { return assert(has_value()), &*value_; }
+    T* operator->() & noexcept { return assert(has_value()), &*value_; }
+    const T* operator->() const& noexcept { return assert(has_value()), &*value_; }
+    template <class U = T, std::enable_if_t<!detail::lends_views<U>, int> = 0>
+    U* operator->() && noexcept {
+        return assert(has_value()), &*value_;
+    }
+    /// A temporary result of a model_file: what it hands out would be gone. Give it a name.
+    template <class U = T, std::enable_if_t<detail::lends_views<U>, int> = 0>
+    U* operator->() && = delete;
 
     /// The value; where there is none, throws habitus::exception, or ends the program when exceptions are off.
-    T& value() & { return has_value() ? *value_ : (detail::no_value(error_), *value_); }
-    const T& value() const& { return has_value() ? *value_ : (detail::no_value(error_), *value_); }
-    T value() && { return std::move(has_value() ? *value_ : (detail::no_value(error_), *value_)); }
+    template <class Ending = detail::ending>
+    T& value() & {
+        return has_value() ? *value_ : (Ending::without_value(error_), *value_);
+    }
+    template <class Ending = detail::ending>
+    const T& value() const& {
+        return has_value() ? *value_ : (Ending::without_value(error_), *value_);
+    }
+    template <class Ending = detail::ending>
+    T value() && {
+        return std::move(has_value() ? *value_ : (Ending::without_value(error_), *value_));
+    }
     template <class U>
     T value_or(U&& other) && {
         return has_value() ? std::move(*value_) : static_cast<T>(std::forward<U>(other));
     }
 
     /// Why there is no value; its code is HAB_OK when there is one.
-    const habitus::error& error() const noexcept { return error_; }
+    const habitus::error& error() const& noexcept { return error_; }
+    habitus::error error() && noexcept { return error_; }
 
 private:
     std::optional<T> value_;
@@ -198,12 +265,14 @@ public:
     bool has_value() const noexcept { return error_.code() == HAB_OK; }
     explicit operator bool() const noexcept { return has_value(); }
     /// Throws habitus::exception unless the call succeeded, or ends the program when exceptions are off.
+    template <class Ending = detail::ending>
     void value() const {
         if (!has_value()) {
-            detail::no_value(error_);
+            Ending::without_value(error_);
         }
     }
-    const habitus::error& error() const noexcept { return error_; }
+    const habitus::error& error() const& noexcept { return error_; }
+    habitus::error error() && noexcept { return error_; }
 
 private:
     habitus::error error_;
@@ -214,12 +283,13 @@ namespace detail {
 /// Runs a C function, which is given the error detail.
 template <class Call>
 result<void> called(Call call) noexcept {
-    hab_error_detail reason = {HAB_OK, 0, 0};
+    hab_error_detail reason{};
     const hab_code code = call(&reason);
     if (code == HAB_OK) {
         return {};
     }
-    return error(code, reason.first, reason.second);
+    reason.code = code;
+    return error(reason);
 }
 
 /// A vector that a call fills.
@@ -260,10 +330,10 @@ enum class fit_status : std::uint32_t {
 /// Where a model stands: takes a point of the model to the frame of the scan. At first where the model is.
 struct placement : hab_placement {
     placement() noexcept : hab_placement{1, {1, 0, 0, 0, 1, 0, 0, 0, 1}, {0, 0, 0}} {}
-    explicit placement(const hab_placement& other) noexcept : hab_placement(other) {}
+    placement(const hab_placement& other) noexcept : hab_placement(other) {}
 
     /// scale * rotation * at + translation.
-    point apply(const point& at) const noexcept {
+    [[nodiscard]] point apply(const point& at) const noexcept {
         point to{};
         for (std::size_t row = 0; row < 3; ++row) {
             const float* r = rotation + 3 * row;
@@ -278,6 +348,12 @@ struct placement : hab_placement {
             std::copy(to.begin(), to.end(), positions.data() + i);
         }
     }
+    /// The positions where the model stands, x y z after x y z.
+    [[nodiscard]] std::vector<float> applied(coordinates positions) const {
+        std::vector<float> out(positions.begin(), positions.end());
+        apply(out);
+        return out;
+    }
 };
 
 /// How a fit ended.
@@ -287,25 +363,37 @@ struct fit_report : hab_fit_report {
     bool converged() const noexcept { return status == HAB_STATUS_CONVERGED; }
 };
 
-/// Weights and placement that a fit found.
+/// Weights and placement that a fit found. Where a prepared form fixed a mode, its weights are empty: they are those of the form. As the
+/// start of a fit, an empty mode stands for the mean.
 struct fit_result {
-    std::vector<float> identity;
-    std::vector<float> pose;
-    habitus::placement placement;
-    fit_report report;
+    std::vector<float> identity{};
+    std::vector<float> pose{};
+    habitus::placement placement{};
+    fit_report report{};
 };
 
 class prepared;
 
 /// How to fit. The defaults are the library's: they suit landmarks of a face.
+///
+/// To follow one person through a sequence of scans, fit the first with both modes free, then seek only pose and placement from where they were:
+///
+///     auto now = model.fit_landmarks(scans[0]).value();
+///     const auto person = model.prepare(mode::identity, now.identity).value();
+///     for (std::size_t i = 1; i < scans.size(); ++i) {
+///         const auto options = fit_options().with_form(person).track_from(now);
+///         now = model.fit_landmarks(scans[i], options).value();            // now.identity is empty: it is fixed
+///         const auto positions = person.evaluate(now.pose).value();
+///         draw(now.placement.applied(positions));
+///     }
 struct fit_options {
-    fit_options() noexcept { hab_fit_options_init(&numbers); }
+    fit_options() noexcept { hab_fit_options_init(&numbers, sizeof numbers); }
 
     /// Factors, noise, limits; see hab_fit_options.
-    hab_fit_options numbers;
-    /// Start from here instead of from the mean. Must live until the call returns.
+    hab_fit_options numbers{};
+    /// Start from here instead of from the mean. Must live until the last fit with these options returns.
     const fit_result* start = nullptr;
-    /// Keep the mode that is fixed in this form, of all blocks of the model: cheaper. Must live until the call returns.
+    /// Keep the mode that is fixed in this form, of all blocks of the model: cheaper. Must live until the last fit with these options returns.
     const prepared* form = nullptr;
 
     fit_options& frame(habitus::frame motions) noexcept { return numbers.frame = static_cast<std::uint32_t>(motions), *this; }
@@ -322,8 +410,17 @@ struct fit_options {
     /// Standard deviation of the measured positions per axis, millimetres.
     fit_options& noise(float millimetres) noexcept { return numbers.noise = millimetres, *this; }
     fit_options& max_iterations(std::uint32_t most) noexcept { return numbers.max_iterations = most, *this; }
+    /// Start from these weights. The placement is found from the data nevertheless, unless place(false) is set too; see track_from.
+    /// Only the address is kept: the result must live until the last fit with these options returns.
     fit_options& start_from(const fit_result& other) noexcept { return start = &other, *this; }
+    fit_options& start_from(const fit_result&&) = delete;
+    /// Start from these weights and from this placement: for the next scan of a sequence. Only the address is kept, as in start_from.
+    fit_options& track_from(const fit_result& previous) noexcept { return start_from(previous).place(false); }
+    fit_options& track_from(const fit_result&&) = delete;
+    /// Keep the mode that is fixed in a form of all blocks. Only the address is kept: the form must live until the last fit with these
+    /// options returns.
     fit_options& with_form(const prepared& other) noexcept { return form = &other, *this; }
+    fit_options& with_form(const prepared&&) = delete;
 };
 
 /// Values and derivatives of blocks of vertices; the layout is that of hab_model_linearise.
@@ -401,7 +498,7 @@ private:
     prepared() noexcept = default;
 
     hab_prepared form_{};
-    std::vector<float> workspace_;
+    std::vector<float> workspace_{};
     mode fixed_ = mode::identity;
     std::uint32_t free_dim_ = 0;
     std::uint32_t n_blocks_ = 0;
@@ -409,6 +506,8 @@ private:
 };
 
 // ---------------------------------------------------------------------------------------------------------------------- models
+
+class model_file;
 
 /// An opened model: a view of the bytes of a .hab file, which must stay where they are, unchanged, as long as it or a copy of it is used.
 class model {
@@ -429,11 +528,23 @@ public:
         }
         return opened;
     }
-    /// The bytes would be gone when the call returns: model_file::open keeps them.
-    static result<model> open(std::vector<std::uint8_t>&&, checksums = checksums::verify) = delete;
+    /// The bytes would be gone when the call returns: model_file::open keeps them. Templates, so that `{}` is an empty span.
+    template <class Allocator>
+    static result<model> open(const std::vector<std::uint8_t, Allocator>&&, checksums = checksums::verify) = delete;
+    template <std::size_t N>
+    static result<model> open(const std::array<std::uint8_t, N>&&, checksums = checksums::verify) = delete;
+    template <std::size_t N>
+    static result<model> open(const std::uint8_t (&&)[N], checksums = checksums::verify) = delete;
+
+    model(const model&) noexcept = default;
+    model& operator=(const model&) noexcept = default;
+    ~model() = default;
+    /// A view of a temporary file would outlive its bytes. Keep the model_file, and copy from that.
+    model(const model_file&&) = delete;
+    model& operator=(const model_file&&) = delete;
 
     /// All counts at once.
-    const hab_counts& counts() const noexcept { return counts_; }
+    hab_counts counts() const noexcept { return counts_; }
     std::uint32_t n_vertices() const noexcept { return counts_.n_vertices; }
     std::uint32_t identity_dim() const noexcept { return counts_.identity_dim; }
     std::uint32_t pose_dim() const noexcept { return counts_.pose_dim; }
@@ -467,8 +578,8 @@ public:
     }
     /// Writes pose_dim() weights.
     result<void> pose_start(std::uint32_t pose, span<float> out) const noexcept {
-        if (out.size() != pose_dim()) {
-            return mismatch(pose_dim(), out.size());
+        if (const result<void> fits = sized(pose_dim(), out.size(), read_out); !fits) {
+            return fits;
         }
         return read(HAB_SECTION_POSE_STARTS, out, std::size_t{pose} * pose_dim());
     }
@@ -483,6 +594,9 @@ public:
     }
     /// All sections in their order.
     result<std::vector<hab_section>> sections() const {
+        if (const result<void> open = opened(); !open) {
+            return open.error();
+        }
         std::vector<hab_section> out;
         for (std::uint32_t index = 0; index < n_sections(); ++index) {
             const result<hab_section> found = section(index);
@@ -529,6 +643,42 @@ public:
     result<std::vector<float>> weights_from_deviations(mode of, span<const float> deviations) const {
         return detail::filled<float>(dim(of), [&](span<float> out) { return weights_from_deviations(of, deviations, out); });
     }
+    /// How many standard deviations each weight is from the mean of the training data: (weight - mean) / scale. `deviations` may be the
+    /// memory of `weights`. Errors as hab_model_weights, the arguments counted as there.
+    result<void> deviations_from_weights(mode of, span<const float> weights, span<float> deviations) const noexcept {
+        const bool identity = of == mode::identity;
+        if (!identity && of != mode::pose) {
+            return error(HAB_BAD_OPTION, 2);
+        }
+        const std::uint32_t means = identity ? HAB_SECTION_IDENTITY_MEAN : HAB_SECTION_POSE_MEAN;
+        const std::uint32_t scales = identity ? HAB_SECTION_IDENTITY_SCALE : HAB_SECTION_POSE_SCALE;
+        float mean = 0;
+        float scale = 1;
+        const auto read_at = [&](std::size_t at) {
+            const result<void> done = read(means, span<float>(&mean, 1), at);
+            return done ? read(scales, span<float>(&scale, 1), at) : done;
+        };
+        for (const result<void>& right : {sized(dim(of), weights.size(), 3), sized(dim(of), deviations.size(), 5), read_at(0)}) {
+            if (!right) {
+                return right;
+            }
+        }
+        // The bound is that of the library for weights.
+        const auto bad = std::find_if(weights.begin(), weights.end(), [](float weight) { return !(std::abs(weight) <= 1e9F); });
+        if (bad != weights.end()) {
+            return error(HAB_NOT_FINITE, static_cast<std::uint32_t>(bad - weights.begin()));
+        }
+        for (std::size_t at = 0; at < weights.size(); ++at) {
+            if (const result<void> done = read_at(at); !done) {
+                return done;
+            }
+            deviations[at] = (weights[at] - mean) / scale;
+        }
+        return {};
+    }
+    result<std::vector<float>> deviations_from_weights(mode of, span<const float> weights) const {
+        return detail::filled<float>(dim(of), [&](span<float> out) { return deviations_from_weights(of, weights, out); });
+    }
     /// Mean of the training data.
     result<std::vector<float>> mean(mode of) const { return weights_from_deviations(of, std::vector<float>(dim(of))); }
 
@@ -554,6 +704,9 @@ public:
     }
     result<std::vector<float>> evaluate_range(span<const float> identity, span<const float> pose, std::uint32_t first,
                                               std::uint32_t count) const {
+        if (const result<void> open = opened(); !open) {
+            return open.error();
+        }
         if (const result<void> inside = within(first, count, n_vertices()); !inside) {
             return inside.error();
         }
@@ -607,20 +760,28 @@ public:
 
     // Fitting.
 
+    // Both start from options.start, or from the mean of the training data. A model without statistics starts at identity weights of 0 and at the
+    // first of its poses; where it has no pose either, HAB_UNSUPPORTED, as with both modes at 0 a bilinear model does not move, and a fit could
+    // not leave the start. With a prepared form zeros do: it is affine in the weights that are left.
+
     /// Weights and placement from the model's landmarks: `targets` holds x y z of each, in the model's order.
-    result<fit_result> fit_landmarks(span<const float> targets, const fit_options& options = {}) const {
-        return fit_landmarks(targets, {}, options);
+    result<fit_result> fit_landmarks(coordinates targets, const fit_options& options = {}) const {
+        return fit_landmarks(targets, span<const std::uint8_t>(), options);
     }
     /// `measured` says for each landmark whether its target counts (not 0) or is missing (0); empty: all count.
-    result<fit_result> fit_landmarks(span<const float> targets, span<const std::uint8_t> measured,
-                                     const fit_options& options = {}) const {
+    result<fit_result> fit_landmarks(coordinates targets, span<const std::uint8_t> measured, const fit_options& options = {}) const {
         return fitted(options, [&](fit_result& out, span<float> workspace) {
             return fit_landmarks(targets, measured, options, out.identity, out.pose, out.placement, out.report, workspace);
         });
     }
+    /// `measured` in braces.
+    result<fit_result> fit_landmarks(coordinates targets, std::initializer_list<std::uint8_t> measured,
+                                     const fit_options& options = {}) const {
+        return fit_landmarks(targets, span<const std::uint8_t>(measured), options);
+    }
     /// In the caller's memory: `identity`, `pose` and `place` hold the start and receive the result (options.start is not looked at), and the
     /// workspace has fit_workspace(options) elements.
-    result<void> fit_landmarks(span<const float> targets, span<const std::uint8_t> measured, const fit_options& options,
+    result<void> fit_landmarks(coordinates targets, span<const std::uint8_t> measured, const fit_options& options,
                                span<float> identity, span<float> pose, placement& place, fit_report& report,
                                span<float> workspace) const noexcept {
         return detail::called([&](hab_error_detail* reason) {
@@ -665,9 +826,21 @@ private:
     static const hab_prepared* form_of(const fit_options& options) noexcept {
         return options.form != nullptr ? options.form->c_form() : nullptr;
     }
-    static error mismatch(std::uint32_t expected, std::size_t found) noexcept {
+    /// HAB_NOT_OPENED for what was moved from.
+    result<void> opened() const noexcept {
+        hab_counts counts{};
+        counts.struct_bytes = sizeof counts;
+        return detail::called([&](hab_error_detail* reason) { return hab_model_counts(&model_, &counts, reason); });
+    }
+    /// Position of the output of hab_model_read_u32 and hab_model_read_f32.
+    static constexpr std::uint32_t read_out = 4;
+    result<void> sized(std::size_t expected, std::size_t found, std::uint32_t argument) const noexcept {
+        const result<void> open = opened();
+        if (!open || expected == found) {
+            return open;
+        }
         const auto shown = static_cast<std::uint32_t>(found < UINT32_MAX ? found : UINT32_MAX);
-        return error(HAB_DIMENSION_MISMATCH, expected, shown);
+        return error(HAB_DIMENSION_MISMATCH, static_cast<std::uint32_t>(expected), shown, argument);
     }
     static result<void> within(std::uint32_t first, std::uint32_t count, std::uint32_t limit) noexcept {
         if (first <= limit && count <= limit - first) {
@@ -681,10 +854,8 @@ private:
     }
     template <class T>
     result<void> exactly(std::uint32_t section_id, std::size_t size, span<T> out) const noexcept {
-        if (out.size() != size) {
-            return mismatch(static_cast<std::uint32_t>(size), out.size());
-        }
-        return read(section_id, out);
+        const result<void> fits = sized(size, out.size(), read_out);
+        return fits ? read(section_id, out) : fits;
     }
     template <class Find>
     result<hab_section> a_section(Find find) const noexcept {
@@ -697,6 +868,9 @@ private:
         return found;
     }
     result<std::vector<std::string_view>> texts(std::uint32_t section_id, std::uint32_t count) const {
+        if (const result<void> open = opened(); !open) {
+            return open.error();
+        }
         std::vector<std::string_view> out;
         out.reserve(count);
         for (std::uint32_t line = 0; line < count; ++line) {
@@ -714,16 +888,30 @@ private:
         const bool fixes_pose = options.form != nullptr && options.form->fixed() == mode::pose;
         return {fixes_identity ? 0 : identity_dim(), fixes_pose ? 0 : pose_dim()};
     }
+    /// Where a fit begins, see there.
     result<std::vector<float>> start_of(mode of, std::uint32_t dim, const fit_options& options) const {
         if (dim == 0) {
             return std::vector<float>();
         }
         if (options.start != nullptr) {
-            return of == mode::identity ? options.start->identity : options.start->pose;
+            const std::vector<float>& given = of == mode::identity ? options.start->identity : options.start->pose;
+            if (!given.empty()) {
+                return given;
+            }
         }
         result<std::vector<float>> found = mean(of);
-        // A model without statistics: zero is as good a start as any.
-        return found.error() == HAB_UNSUPPORTED ? result<std::vector<float>>(std::vector<float>(dim)) : found;
+        if (found.error() != HAB_UNSUPPORTED) {
+            return found;
+        }
+        if (of == mode::identity || options.form != nullptr) {
+            return std::vector<float>(dim);
+        }
+        if (n_poses() == 0) {
+            return found;
+        }
+        found = pose_start(0);
+        const bool moves = found && std::any_of(found->begin(), found->end(), [](float weight) { return weight != 0; });
+        return moves ? found : result<std::vector<float>>(error(HAB_UNSUPPORTED, HAB_SECTION_POSE_MEAN));
     }
     template <class Run>
     result<fit_result> fitted(const fit_options& options, Run run) const {
@@ -753,8 +941,15 @@ private:
     hab_counts counts_{};
 };
 
-/// A model with its bytes. Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED. A copy of its `model` part is a view
-/// that lives no longer than it.
+namespace detail {
+
+template <>
+inline constexpr bool lends_views<model_file> = true;
+
+} // namespace detail
+
+/// A model with its bytes. Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED. A `model` copied from it, as view() makes
+/// one, and the texts and sections that it hands out must not be used after it is gone: a temporary gives none of them.
 class model_file : public model {
 public:
     /// Takes the bytes of a file.
@@ -797,7 +992,30 @@ public:
     model_file& operator=(const model_file&) = delete;
     ~model_file() = default;
 
-    span<const std::uint8_t> bytes() const noexcept { return bytes_; }
+    /// For what keeps or takes a model by value.
+    model view() const& noexcept { return *this; }
+    span<const std::uint8_t> bytes() const& noexcept { return bytes_; }
+    model view() const&& = delete;
+    span<const std::uint8_t> bytes() const&& = delete;
+
+    // Those of model that hand out views of the bytes.
+
+    result<std::string_view> landmark_name(std::uint32_t landmark) const& noexcept { return model::landmark_name(landmark); }
+    result<std::vector<std::string_view>> landmark_names() const& { return model::landmark_names(); }
+    result<std::string_view> pose_name(std::uint32_t pose) const& noexcept { return model::pose_name(pose); }
+    result<std::vector<std::string_view>> pose_names() const& { return model::pose_names(); }
+    result<hab_section> section(std::uint32_t index) const& noexcept { return model::section(index); }
+    result<hab_section> find_section(std::uint32_t id) const& noexcept { return model::find_section(id); }
+    result<std::vector<hab_section>> sections() const& { return model::sections(); }
+    result<std::string_view> text(std::uint32_t section_id, std::uint32_t line) const& noexcept { return model::text(section_id, line); }
+    result<std::string_view> landmark_name(std::uint32_t) const&& = delete;
+    result<std::vector<std::string_view>> landmark_names() const&& = delete;
+    result<std::string_view> pose_name(std::uint32_t) const&& = delete;
+    result<std::vector<std::string_view>> pose_names() const&& = delete;
+    result<hab_section> section(std::uint32_t) const&& = delete;
+    result<hab_section> find_section(std::uint32_t) const&& = delete;
+    result<std::vector<hab_section>> sections() const&& = delete;
+    result<std::string_view> text(std::uint32_t, std::uint32_t) const&& = delete;
 
 private:
     model_file(const model& opened, std::vector<std::uint8_t>&& bytes) noexcept : model(opened), bytes_(std::move(bytes)) {}

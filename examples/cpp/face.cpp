@@ -115,7 +115,7 @@ int main(int argc, char** argv) {
     if (!next) {
         return failed("evaluate", next.error());
     }
-    const auto options = habitus::fit_options().noise(0.2F).with_form(*form).start_from(*fit).place(false);
+    const auto options = habitus::fit_options().noise(0.2F).with_form(*form).track_from(*fit);
     const auto tracked = model->fit_landmarks(seen_landmarks(*landmarks, *next, elsewhere), options);
     if (!tracked) {
         return failed("track", tracked.error());

@@ -229,9 +229,9 @@ static void rows_of_evaluation(void) {
     float *const positions = out.positions;
     const size_t n = 3 * nv, n_block = 3 * HAB_BLOCK_VERTICES;
     ROW("evaluate: identity null", NOTHING, HAB_NULL_POINTER, evaluate(NULL, ni, in.pose, np, positions, n));
-    ROW("evaluate: model null, identity under the detail", NOTHING, HAB_NULL_POINTER,
+    ROW("evaluate: model null, identity under the detail", NOTHING, HAB_OVERLAP,
         hab_model_evaluate(NULL, in.identity, ni, in.pose, np, positions, n, (hab_error_detail *)(void *)in.identity));
-    ROW("evaluate: model null, positions under the detail", NOTHING, HAB_NULL_POINTER,
+    ROW("evaluate: model null, positions under the detail", NOTHING, HAB_OVERLAP,
         hab_model_evaluate(NULL, in.identity, ni, in.pose, np, positions, n, (hab_error_detail *)(void *)positions));
     ROW("evaluate: model not open, misaligned positions under the detail", memset(&in.model, 0, sizeof in.model), HAB_MISALIGNED,
         hab_model_evaluate(&in.model, in.identity, ni, in.pose, np, MOVED(float, positions, 2), n, (hab_error_detail *)(void *)positions));

@@ -178,6 +178,7 @@ fn checks() -> Vec<Check> {
         "tests/hosts/wrapper.cpp, sanitizers",
         Box::new(|place| host(place, "wrapper", Language::Cpp17, &SANITIZERS, false)),
     );
+    add("tests/hosts/exceptions.cpp, with and without in one program", Box::new(mixed_exceptions));
     add("tests/hosts/wrapper.cpp, Valgrind", Box::new(|place| host(place, "wrapper", Language::Cpp17, &["-g"], true)));
     checks
 }
@@ -291,6 +292,25 @@ fn host(place: &Place, name: &str, language: Language, flags: &[&str], valgrind:
     let mut command = if valgrind { under_valgrind(&program) } else { Command::new(&program) };
     let text = printed(command.arg(&place.model))?;
     Ok(text.lines().last().unwrap_or_default().to_owned())
+}
+
+/// One source, compiled with and without exceptions, linked in either order; the first definition of a function is the one that stays.
+fn mixed_exceptions(place: &Place) -> Result<String> {
+    let source = project().join("tests/hosts/exceptions.cpp");
+    let include = format!("-I{}", place.prefix.join("include").display());
+    let object = |name: &str, flags: &[&str]| {
+        let inputs: Vec<_> = [&[include.as_str(), "-c"], flags].concat().into_iter().map(str::to_owned).collect();
+        compiled(Language::Cpp17, &source, &inputs, &place.scratch.join(name))
+    };
+    let (with, without) = (object("exceptions-on.o", &[])?, object("exceptions-off.o", &["-fno-exceptions"])?);
+    let mut found = String::new();
+    for (first, second, name) in [(&with, &without, "exceptions-first"), (&without, &with, "exceptions-last")] {
+        let second = second.display().to_string();
+        let inputs = with_library(place, &[second.as_str()]);
+        let program = compiled(Language::Cpp17, first, &inputs, &place.scratch.join(name))?;
+        found = printed(&mut Command::new(program))?;
+    }
+    Ok(format!("{}, in both orders", found.trim()))
 }
 
 /// The program of the README in a language; its last line is what it found.
