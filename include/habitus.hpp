@@ -750,11 +750,12 @@ public:
         if (!done) {
             return done.error();
         }
-        const std::uint32_t behind = n_vertices() - first * HAB_BLOCK_VERTICES;
+        // Of the last block only the vertices that there are; of no block none.
+        const std::uint32_t from = std::min(n_vertices(), first * HAB_BLOCK_VERTICES);
         made.fixed_ = fixed;
         made.free_dim_ = fixed == mode::identity ? pose_dim() : identity_dim();
         made.n_blocks_ = count;
-        made.n_vertices_ = count < n_blocks() - first ? count * HAB_BLOCK_VERTICES : behind;
+        made.n_vertices_ = std::min(count * HAB_BLOCK_VERTICES, n_vertices() - from);
         return result<prepared>(std::move(made));
     }
 
