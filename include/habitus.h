@@ -312,139 +312,6 @@ typedef struct hab_model {
 } hab_model;
 
 /**
- * How to fit; hab_fit_options_init fills it with what suits landmarks of a face.
- */
-typedef struct hab_fit_options {
-    /**
-     * sizeof(hab_fit_options), so that later versions can add members.
-     */
-    uint32_t struct_bytes;
-    /**
-     * Which motions are sought, see hab_frame; option 1 of HAB_BAD_OPTION.
-     */
-    uint32_t frame;
-    /**
-     * 1: the first placement is found from the data; 0: it is the one given, whose scale must be above zero and whose rotation must be one to
-     * 0.001 (option 10); where the frame seeks no scale, its scale stays. Option 2.
-     */
-    uint32_t place;
-    /**
-     * Prior of the identity weights, see hab_prior; option 3.
-     */
-    uint32_t identity_prior;
-    /**
-     * Prior of the pose weights; option 4.
-     */
-    uint32_t pose_prior;
-    /**
-     * Factor of the identity prior, above zero; option 5.
-     */
-    float identity_factor;
-    /**
-     * Factor of the pose prior, above zero; option 6.
-     */
-    float pose_factor;
-    /**
-     * Standard deviation of the measured positions per axis, millimetres, above zero; option 7. A good fit has an rms of about 1.7 times as much.
-     */
-    float noise;
-    /**
-     * Most evaluations after the first.
-     */
-    uint32_t max_iterations;
-    /**
-     * Stop when a step would lower the energy by less than this fraction, at least 0; option 8.
-     */
-    float relative_decrease;
-    /**
-     * First damping relative to the diagonal of the normal equations, above zero; option 9.
-     */
-    float damping;
-} hab_fit_options;
-
-/**
- * A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, which must stay where it is,
- * unchanged, as long as it is used; the model is no longer needed.
- */
-typedef struct hab_prepared {
-    /**
-     * Of this library alone.
-     */
-    uint64_t opaque[16];
-} hab_prepared;
-
-/**
- * Where a model stands: x -> scale * rotation * x + translation takes a point of the model to the frame of the scan.
- */
-typedef struct hab_placement {
-    /**
-     * Factor of lengths, above zero.
-     */
-    float scale;
-    /**
-     * Rotation matrix by rows.
-     */
-    float rotation[9];
-    /**
-     * Translation, millimetres.
-     */
-    float translation[3];
-} hab_placement;
-
-/**
- * How a fit ended. It has no struct_bytes and never grows.
- */
-typedef struct hab_fit_report {
-    /**
-     * Root of the weighted mean squared distance of the samples in space, millimetres. Many times the noise means wrong units, another order of the
-     * landmarks, or a mirrored scan.
-     */
-    float rms;
-    /**
-     * Energy at the result: squared distances over the squared noise, and the priors.
-     */
-    float energy;
-    /**
-     * Energy after placing, before the first step.
-     */
-    float start_energy;
-    /**
-     * Iterations.
-     */
-    uint32_t iterations;
-    /**
-     * Why it stopped, see hab_status.
-     */
-    uint32_t status;
-} hab_fit_report;
-
-/**
- * A point of the model and where it was measured.
- */
-typedef struct hab_sample {
-    /**
-     * Vertices of a triangle, or one vertex and any two others of weight 0.
-     */
-    uint32_t vertices[3];
-    /**
-     * Weights of the vertices, sum 1 (which is not checked).
-     */
-    float barycentric[3];
-    /**
-     * Measured position in the frame of the scan, millimetres.
-     */
-    float target[3];
-    /**
-     * Unit normal of the scan at the target: with it only the distance along the normal counts. All zero: no normal.
-     */
-    float normal[3];
-    /**
-     * Weight of the squared distance, at least 0; 0 leaves the sample out. A negative weight is HAB_NOT_FINITE.
-     */
-    float weight;
-} hab_sample;
-
-/**
  * Counts of a model. Set struct_bytes to sizeof(hab_counts) before the call.
  */
 typedef struct hab_counts {
@@ -525,6 +392,139 @@ typedef struct hab_section {
     size_t data_bytes;
 } hab_section;
 
+/**
+ * A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, which must stay where it is,
+ * unchanged, as long as it is used; the model is no longer needed.
+ */
+typedef struct hab_prepared {
+    /**
+     * Of this library alone.
+     */
+    uint64_t opaque[16];
+} hab_prepared;
+
+/**
+ * How to fit; hab_fit_options_init fills it with what suits landmarks of a face.
+ */
+typedef struct hab_fit_options {
+    /**
+     * sizeof(hab_fit_options), so that later versions can add members.
+     */
+    uint32_t struct_bytes;
+    /**
+     * Which motions are sought, see hab_frame; option 1 of HAB_BAD_OPTION.
+     */
+    uint32_t frame;
+    /**
+     * 1: the first placement is found from the data; 0: it is the one given, whose scale must be above zero and whose rotation must be one to
+     * 0.001 (option 10); where the frame seeks no scale, its scale stays. Option 2.
+     */
+    uint32_t place;
+    /**
+     * Prior of the identity weights, see hab_prior; option 3.
+     */
+    uint32_t identity_prior;
+    /**
+     * Prior of the pose weights; option 4.
+     */
+    uint32_t pose_prior;
+    /**
+     * Factor of the identity prior, above zero; option 5.
+     */
+    float identity_factor;
+    /**
+     * Factor of the pose prior, above zero; option 6.
+     */
+    float pose_factor;
+    /**
+     * Standard deviation of the measured positions per axis, millimetres, above zero; option 7. A good fit has an rms of about 1.7 times as much.
+     */
+    float noise;
+    /**
+     * Most evaluations after the first.
+     */
+    uint32_t max_iterations;
+    /**
+     * Stop when a step would lower the energy by less than this fraction, at least 0; option 8.
+     */
+    float relative_decrease;
+    /**
+     * First damping relative to the diagonal of the normal equations, above zero; option 9.
+     */
+    float damping;
+} hab_fit_options;
+
+/**
+ * Where a model stands: x -> scale * rotation * x + translation takes a point of the model to the frame of the scan.
+ */
+typedef struct hab_placement {
+    /**
+     * Factor of lengths, above zero.
+     */
+    float scale;
+    /**
+     * Rotation matrix by rows.
+     */
+    float rotation[9];
+    /**
+     * Translation, millimetres.
+     */
+    float translation[3];
+} hab_placement;
+
+/**
+ * How a fit ended. It has no struct_bytes and never grows.
+ */
+typedef struct hab_fit_report {
+    /**
+     * Root of the weighted mean squared distance of the samples in space, millimetres. Many times the noise means wrong units, another order of the
+     * landmarks, or a mirrored scan.
+     */
+    float rms;
+    /**
+     * Energy at the result: squared distances over the squared noise, and the priors.
+     */
+    float energy;
+    /**
+     * Energy after placing, before the first step.
+     */
+    float start_energy;
+    /**
+     * Iterations.
+     */
+    uint32_t iterations;
+    /**
+     * Why it stopped, see hab_status.
+     */
+    uint32_t status;
+} hab_fit_report;
+
+/**
+ * A point of the model and where it was measured.
+ */
+typedef struct hab_sample {
+    /**
+     * Vertices of a triangle, or one vertex and any two others of weight 0.
+     */
+    uint32_t vertices[3];
+    /**
+     * Weights of the vertices, sum 1 (which is not checked).
+     */
+    float barycentric[3];
+    /**
+     * Measured position in the frame of the scan, millimetres.
+     */
+    float target[3];
+    /**
+     * Unit normal of the scan at the target: with it only the distance along the normal counts. All zero: no normal.
+     */
+    float normal[3];
+    /**
+     * Weight of the squared distance, at least 0; 0 leaves the sample out. A negative weight is HAB_NOT_FINITE.
+     */
+    float weight;
+} hab_sample;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -554,142 +554,6 @@ const char *hab_error_message(int32_t code);
 hab_code hab_error_format(const struct hab_error_detail *detail,
                           char *text,
                           size_t text_bytes);
-
-/**
- * Positions of all vertices, millimetres, xyz after xyz. Needs no workspace.
- *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH (number of weights, or positions_len other than 3 * n_vertices), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9,
- * counted over identity, then pose), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
- *
- * Requires: `model` was opened; the others point to as many elements as are said; `detail` is null or can be written.
- */
-hab_code hab_model_evaluate(const struct hab_model *model,
-                            const float *identity,
-                            size_t identity_len,
-                            const float *pose,
-                            size_t pose_len,
-                            float *positions,
-                            size_t positions_len,
-                            struct hab_error_detail *detail);
-
-/**
- * Positions of n_vertices vertices from first_vertex on, millimetres, xyz after xyz. Any split into ranges gives the same bits, so several threads can share the
- * work, and a small memory can take the mesh piece by piece.
- *
- * Returns as hab_model_evaluate, and HAB_INDEX_OUT_OF_RANGE; positions_len is 3 * n_vertices.
- *
- * Requires: As hab_model_evaluate.
- */
-hab_code hab_model_evaluate_range(const struct hab_model *model,
-                                  const float *identity,
-                                  size_t identity_len,
-                                  const float *pose,
-                                  size_t pose_len,
-                                  uint32_t first_vertex,
-                                  uint32_t n_vertices,
-                                  float *positions,
-                                  size_t positions_len,
-                                  struct hab_error_detail *detail);
-
-/**
- * Positions of n_blocks blocks from first_block on and their derivatives by every weight, in one pass over the model: for fitting programs of your own.
- *
- * With B = HAB_BLOCK_VERTICES, D = identity_dim + pose_dim, and block counted from first_block, the coordinate `axis` (0 to 2) of vertex B * (first_block + block) + lane is
- * values[(block * 3 + axis) * B + lane], millimetres, and its derivative by weight k (the identity weights first) is jacobian[((block * D + k) * 3 + axis) * B + lane], millimetres per
- * weight. Lanes behind the last vertex are zero in files of this project.
- *
- * Returns as hab_model_evaluate, and HAB_INDEX_OUT_OF_RANGE.
- *
- * Requires: As hab_model_evaluate.
- */
-hab_code hab_model_linearise(const struct hab_model *model,
-                             const float *identity,
-                             size_t identity_len,
-                             const float *pose,
-                             size_t pose_len,
-                             uint32_t first_block,
-                             uint32_t n_blocks,
-                             float *values,
-                             size_t values_len,
-                             float *jacobian,
-                             size_t jacobian_len,
-                             struct hab_error_detail *detail);
-
-/**
- * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6,
- * damping 1e-3. options_bytes is sizeof(hab_fit_options) of the program, so that a later library writes no more.
- *
- * Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED, or HAB_BAD_STRUCT for a size that this library does not know.
- *
- * Requires: `options` points to `options_bytes` writable bytes.
- */
-hab_code hab_fit_options_init(struct hab_fit_options *options,
-                              size_t options_bytes);
-
-/**
- * Bytes of workspace that a fit needs; HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0 for an unknown frame.
- */
-size_t hab_fit_workspace_bytes(uint32_t identity_dim,
-                               uint32_t pose_dim,
-                               uint32_t frame);
-
-/**
- * Finds weights and placement from the model's landmarks: a maximum a posteriori estimate for measurements with independent noise.
- *
- * prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
- * iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
- * null with length 0 says that all were; the target of a missing one is not looked at and may be NaN. identity and pose hold the start and receive the result; so does
- * placement, whose start counts only when options->place is 0. report may be null.
- *
- * Start from the mean of the training data (hab_model_weights with deviations of 0); in a model without statistics set both priors to HAB_PRIOR_NONE and start from one of
- * its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
- * factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
- *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
- * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
- * HAB_BAD_LENGTH.
- *
- * Requires: `model` was opened, `prepared` is null or was made by hab_prepared_init; the others point to as many elements as are said; `report` and `detail` are null or can be written.
- */
-hab_code hab_fit_landmarks(const struct hab_model *model,
-                           const struct hab_prepared *prepared,
-                           const struct hab_fit_options *options,
-                           const float *targets,
-                           size_t targets_len,
-                           const uint8_t *measured,
-                           size_t measured_len,
-                           float *identity,
-                           size_t identity_len,
-                           float *pose,
-                           size_t pose_len,
-                           struct hab_placement *placement,
-                           void *workspace,
-                           size_t workspace_bytes,
-                           struct hab_fit_report *report,
-                           struct hab_error_detail *detail);
-
-/**
- * Finds weights and placement from points whose correspondences are known, on vertices or within triangles, each with a weight and perhaps a normal (point to
- * plane). The other arguments are those of hab_fit_landmarks.
- *
- * Returns as hab_fit_landmarks, and HAB_BAD_SAMPLE for a normal that is neither zero nor of unit length.
- *
- * Requires: As hab_fit_landmarks.
- */
-hab_code hab_fit_points(const struct hab_model *model,
-                        const struct hab_prepared *prepared,
-                        const struct hab_fit_options *options,
-                        const struct hab_sample *samples,
-                        size_t samples_len,
-                        float *identity,
-                        size_t identity_len,
-                        float *pose,
-                        size_t pose_len,
-                        struct hab_placement *placement,
-                        void *workspace,
-                        size_t workspace_bytes,
-                        struct hab_fit_report *report,
-                        struct hab_error_detail *detail);
 
 /**
  * Checks the bytes of a model file and opens it in place; nothing is copied. The bytes may have any alignment.
@@ -726,78 +590,6 @@ hab_code hab_model_open_trusted(const uint8_t *bytes,
 hab_code hab_model_counts(const struct hab_model *model,
                           struct hab_counts *counts,
                           struct hab_error_detail *detail);
-
-/**
- * Bytes of workspace that hab_prepared_init needs for n_blocks blocks of HAB_BLOCK_VERTICES vertices.
- *
- * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
- *
- * Requires: `model` was opened; `workspace_bytes` can be written; `detail` is null or can be written.
- */
-hab_code hab_prepared_workspace_bytes(const struct hab_model *model,
-                                      uint32_t fixed_mode,
-                                      uint32_t first_block,
-                                      uint32_t n_blocks,
-                                      size_t *workspace_bytes,
-                                      struct hab_error_detail *detail);
-
-/**
- * Fixes the weights of one mode for n_blocks blocks of vertices from first_block on. Vertex v of the form is vertex HAB_BLOCK_VERTICES * first_block + v of the model.
- *
- * With the pose fixed, the form gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the model's;
- * they are the same on every machine.
- *
- * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER,
- * HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
- *
- * Requires: `model` was opened; `weights` points to `weights_len` elements; `workspace`, aligned as a float, to `workspace_bytes` bytes that stay unchanged while the form is
- * used; `prepared` can be written; `detail` is null or can be written.
- */
-hab_code hab_prepared_init(const struct hab_model *model,
-                           uint32_t fixed_mode,
-                           const float *weights,
-                           size_t weights_len,
-                           uint32_t first_block,
-                           uint32_t n_blocks,
-                           void *workspace,
-                           size_t workspace_bytes,
-                           struct hab_prepared *prepared,
-                           struct hab_error_detail *detail);
-
-/**
- * Positions of n_vertices vertices of a form from first_vertex on, millimetres, xyz after xyz; weights are those of the mode that is not fixed.
- *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
- *
- * Requires: `prepared` was made by hab_prepared_init; the others point to as many elements as are said; `detail` is null or can be written.
- */
-hab_code hab_prepared_evaluate(const struct hab_prepared *prepared,
-                               const float *weights,
-                               size_t weights_len,
-                               uint32_t first_vertex,
-                               uint32_t n_vertices,
-                               float *positions,
-                               size_t positions_len,
-                               struct hab_error_detail *detail);
-
-/**
- * Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise,
- * with D the number of free weights.
- *
- * Returns as hab_prepared_evaluate.
- *
- * Requires: As hab_prepared_evaluate.
- */
-hab_code hab_prepared_linearise(const struct hab_prepared *prepared,
-                                const float *weights,
-                                size_t weights_len,
-                                uint32_t first_block,
-                                uint32_t n_blocks,
-                                float *values,
-                                size_t values_len,
-                                float *jacobian,
-                                size_t jacobian_len,
-                                struct hab_error_detail *detail);
 
 /**
  * Section number `index` of the file, from 0.
@@ -883,6 +675,214 @@ hab_code hab_model_weights(const struct hab_model *model,
                            float *weights,
                            size_t weights_len,
                            struct hab_error_detail *detail);
+
+/**
+ * Positions of all vertices, millimetres, xyz after xyz. Needs no workspace.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH (number of weights, or positions_len other than 3 * n_vertices), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9,
+ * counted over identity, then pose), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+ *
+ * Requires: `model` was opened; the others point to as many elements as are said; `detail` is null or can be written.
+ */
+hab_code hab_model_evaluate(const struct hab_model *model,
+                            const float *identity,
+                            size_t identity_len,
+                            const float *pose,
+                            size_t pose_len,
+                            float *positions,
+                            size_t positions_len,
+                            struct hab_error_detail *detail);
+
+/**
+ * Positions of n_vertices vertices from first_vertex on, millimetres, xyz after xyz. Any split into ranges gives the same bits, so several threads can share the
+ * work, and a small memory can take the mesh piece by piece.
+ *
+ * Returns as hab_model_evaluate, and HAB_INDEX_OUT_OF_RANGE; positions_len is 3 * n_vertices.
+ *
+ * Requires: As hab_model_evaluate.
+ */
+hab_code hab_model_evaluate_range(const struct hab_model *model,
+                                  const float *identity,
+                                  size_t identity_len,
+                                  const float *pose,
+                                  size_t pose_len,
+                                  uint32_t first_vertex,
+                                  uint32_t n_vertices,
+                                  float *positions,
+                                  size_t positions_len,
+                                  struct hab_error_detail *detail);
+
+/**
+ * Positions of n_blocks blocks from first_block on and their derivatives by every weight, in one pass over the model: for fitting programs of your own.
+ *
+ * With B = HAB_BLOCK_VERTICES, D = identity_dim + pose_dim, and block counted from first_block, the coordinate `axis` (0 to 2) of vertex B * (first_block + block) + lane is
+ * values[(block * 3 + axis) * B + lane], millimetres, and its derivative by weight k (the identity weights first) is jacobian[((block * D + k) * 3 + axis) * B + lane], millimetres per
+ * weight. Lanes behind the last vertex are zero in files of this project.
+ *
+ * Returns as hab_model_evaluate, and HAB_INDEX_OUT_OF_RANGE.
+ *
+ * Requires: As hab_model_evaluate.
+ */
+hab_code hab_model_linearise(const struct hab_model *model,
+                             const float *identity,
+                             size_t identity_len,
+                             const float *pose,
+                             size_t pose_len,
+                             uint32_t first_block,
+                             uint32_t n_blocks,
+                             float *values,
+                             size_t values_len,
+                             float *jacobian,
+                             size_t jacobian_len,
+                             struct hab_error_detail *detail);
+
+/**
+ * Bytes of workspace that hab_prepared_init needs for n_blocks blocks of HAB_BLOCK_VERTICES vertices.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+ *
+ * Requires: `model` was opened; `workspace_bytes` can be written; `detail` is null or can be written.
+ */
+hab_code hab_prepared_workspace_bytes(const struct hab_model *model,
+                                      uint32_t fixed_mode,
+                                      uint32_t first_block,
+                                      uint32_t n_blocks,
+                                      size_t *workspace_bytes,
+                                      struct hab_error_detail *detail);
+
+/**
+ * Fixes the weights of one mode for n_blocks blocks of vertices from first_block on. Vertex v of the form is vertex HAB_BLOCK_VERTICES * first_block + v of the model.
+ *
+ * With the pose fixed, the form gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the model's;
+ * they are the same on every machine.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER,
+ * HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
+ *
+ * Requires: `model` was opened; `weights` points to `weights_len` elements; `workspace`, aligned as a float, to `workspace_bytes` bytes that stay unchanged while the form is
+ * used; `prepared` can be written; `detail` is null or can be written.
+ */
+hab_code hab_prepared_init(const struct hab_model *model,
+                           uint32_t fixed_mode,
+                           const float *weights,
+                           size_t weights_len,
+                           uint32_t first_block,
+                           uint32_t n_blocks,
+                           void *workspace,
+                           size_t workspace_bytes,
+                           struct hab_prepared *prepared,
+                           struct hab_error_detail *detail);
+
+/**
+ * Positions of n_vertices vertices of a form from first_vertex on, millimetres, xyz after xyz; weights are those of the mode that is not fixed.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+ *
+ * Requires: `prepared` was made by hab_prepared_init; the others point to as many elements as are said; `detail` is null or can be written.
+ */
+hab_code hab_prepared_evaluate(const struct hab_prepared *prepared,
+                               const float *weights,
+                               size_t weights_len,
+                               uint32_t first_vertex,
+                               uint32_t n_vertices,
+                               float *positions,
+                               size_t positions_len,
+                               struct hab_error_detail *detail);
+
+/**
+ * Positions of n_blocks blocks of a form from first_block on and their derivatives by the free weights, laid out as those of hab_model_linearise,
+ * with D the number of free weights.
+ *
+ * Returns as hab_prepared_evaluate.
+ *
+ * Requires: As hab_prepared_evaluate.
+ */
+hab_code hab_prepared_linearise(const struct hab_prepared *prepared,
+                                const float *weights,
+                                size_t weights_len,
+                                uint32_t first_block,
+                                uint32_t n_blocks,
+                                float *values,
+                                size_t values_len,
+                                float *jacobian,
+                                size_t jacobian_len,
+                                struct hab_error_detail *detail);
+
+/**
+ * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6,
+ * damping 1e-3. options_bytes is sizeof(hab_fit_options) of the program, so that a later library writes no more.
+ *
+ * Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED, or HAB_BAD_STRUCT for a size that this library does not know.
+ *
+ * Requires: `options` points to `options_bytes` writable bytes.
+ */
+hab_code hab_fit_options_init(struct hab_fit_options *options,
+                              size_t options_bytes);
+
+/**
+ * Bytes of workspace that a fit needs; HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0 for an unknown frame.
+ */
+size_t hab_fit_workspace_bytes(uint32_t identity_dim,
+                               uint32_t pose_dim,
+                               uint32_t frame);
+
+/**
+ * Finds weights and placement from the model's landmarks: a maximum a posteriori estimate for measurements with independent noise.
+ *
+ * prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
+ * iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
+ * null with length 0 says that all were; the target of a missing one is not looked at and may be NaN. identity and pose hold the start and receive the result; so does
+ * placement, whose start counts only when options->place is 0. report may be null.
+ *
+ * Start from the mean of the training data (hab_model_weights with deviations of 0); in a model without statistics set both priors to HAB_PRIOR_NONE and start from one of
+ * its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
+ * factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
+ * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
+ * HAB_BAD_LENGTH.
+ *
+ * Requires: `model` was opened, `prepared` is null or was made by hab_prepared_init; the others point to as many elements as are said; `report` and `detail` are null or can be written.
+ */
+hab_code hab_fit_landmarks(const struct hab_model *model,
+                           const struct hab_prepared *prepared,
+                           const struct hab_fit_options *options,
+                           const float *targets,
+                           size_t targets_len,
+                           const uint8_t *measured,
+                           size_t measured_len,
+                           float *identity,
+                           size_t identity_len,
+                           float *pose,
+                           size_t pose_len,
+                           struct hab_placement *placement,
+                           void *workspace,
+                           size_t workspace_bytes,
+                           struct hab_fit_report *report,
+                           struct hab_error_detail *detail);
+
+/**
+ * Finds weights and placement from points whose correspondences are known, on vertices or within triangles, each with a weight and perhaps a normal (point to
+ * plane). The other arguments are those of hab_fit_landmarks.
+ *
+ * Returns as hab_fit_landmarks, and HAB_BAD_SAMPLE for a normal that is neither zero nor of unit length.
+ *
+ * Requires: As hab_fit_landmarks.
+ */
+hab_code hab_fit_points(const struct hab_model *model,
+                        const struct hab_prepared *prepared,
+                        const struct hab_fit_options *options,
+                        const struct hab_sample *samples,
+                        size_t samples_len,
+                        float *identity,
+                        size_t identity_len,
+                        float *pose,
+                        size_t pose_len,
+                        struct hab_placement *placement,
+                        void *workspace,
+                        size_t workspace_bytes,
+                        struct hab_fit_report *report,
+                        struct hab_error_detail *detail);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -67,9 +67,9 @@ int main(int argc, char** argv) {
     std::cout << model->n_vertices() << " vertices, " << model->n_faces() << " triangles, " << model->identity_dim()
               << " identity weights, " << model->pose_dim() << " pose weights, " << model->n_landmarks() << " landmarks\n";
 
-    // A face: one and a half standard deviations along the first identity weight, the mean pose.
+    // A face: one and a half standard deviations along the second identity weight (the first hardly varies), the mean pose.
     std::vector<float> deviations(model->identity_dim());
-    deviations[0] = 1.5F;
+    deviations[deviations.size() > 1 ? 1 : 0] = 1.5F;
     const auto identity = model->weights_from_deviations(habitus::mode::identity, deviations);
     const auto pose = model->mean(habitus::mode::pose);
     const auto landmarks = model->landmarks();
@@ -110,7 +110,7 @@ int main(int argc, char** argv) {
         return failed("prepare", form.error());
     }
     auto grimace = *pose;
-    grimace[0] += 0.05F;
+    grimace[grimace.size() > 1 ? 1 : 0] += 0.1F;
     const auto next = model->evaluate(*identity, grimace);
     if (!next) {
         return failed("evaluate", next.error());

@@ -102,6 +102,39 @@
         opaque: [0, "u64", 32],
       },
     },
+    hab_counts: {
+      bytes: 40,
+      members: {
+        structBytes: [0, "u32"],
+        kind: [4, "u32"],
+        nVertices: [8, "u32"],
+        identityDim: [12, "u32"],
+        poseDim: [16, "u32"],
+        nFaces: [20, "u32"],
+        nLandmarks: [24, "u32"],
+        nPoses: [28, "u32"],
+        nSections: [32, "u32"],
+        nBlocks: [36, "u32"],
+      },
+    },
+    hab_section: {
+      bytes: 40,
+      members: {
+        structBytes: [0, "u32"],
+        id: [4, "u32"],
+        element: [8, "u32"],
+        rank: [12, "u32"],
+        shape: [16, "u32", 4],
+        data: [32, "u32"],
+        dataBytes: [36, "u32"],
+      },
+    },
+    hab_prepared: {
+      bytes: 128,
+      members: {
+        opaque: [0, "u64", 16],
+      },
+    },
     hab_fit_options: {
       bytes: 44,
       members: {
@@ -116,12 +149,6 @@
         maxIterations: [32, "u32"],
         relativeDecrease: [36, "f32"],
         damping: [40, "f32"],
-      },
-    },
-    hab_prepared: {
-      bytes: 128,
-      members: {
-        opaque: [0, "u64", 16],
       },
     },
     hab_placement: {
@@ -150,33 +177,6 @@
         target: [24, "f32", 3],
         normal: [36, "f32", 3],
         weight: [48, "f32"],
-      },
-    },
-    hab_counts: {
-      bytes: 40,
-      members: {
-        structBytes: [0, "u32"],
-        kind: [4, "u32"],
-        nVertices: [8, "u32"],
-        identityDim: [12, "u32"],
-        poseDim: [16, "u32"],
-        nFaces: [20, "u32"],
-        nLandmarks: [24, "u32"],
-        nPoses: [28, "u32"],
-        nSections: [32, "u32"],
-        nBlocks: [36, "u32"],
-      },
-    },
-    hab_section: {
-      bytes: 40,
-      members: {
-        structBytes: [0, "u32"],
-        id: [4, "u32"],
-        element: [8, "u32"],
-        rank: [12, "u32"],
-        shape: [16, "u32", 4],
-        data: [32, "u32"],
-        dataBytes: [36, "u32"],
       },
     },
   });

@@ -15,16 +15,23 @@
 // The names are those of the C header.
 #![allow(non_camel_case_types)]
 
+// In the order in which the header presents them; blank lines keep it.
 pub mod code;
+
+pub mod model;
+
+pub mod sections;
+
 pub mod evaluate;
+
+pub mod prepared;
+
 pub mod fit;
+
 #[cfg(feature = "layout")]
 pub mod layout;
 mod measurements;
 mod memory;
-pub mod model;
-pub mod prepared;
-pub mod sections;
 mod shape;
 #[cfg(target_arch = "wasm32")]
 mod wasm_layout;

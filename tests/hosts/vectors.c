@@ -309,9 +309,11 @@ static void fit_landmarks(context *c) {
 static size_t compare_reals(context *c, const hab_model *model, uint32_t id, const char *key, size_t from) {
     hab_error_detail detail = {0, 0, 0, 0};
     hab_section section;
+    hab_code code;
     floats found;
     section.struct_bytes = sizeof section;
-    if (c->wrong != PROBLEM_NONE || hab_model_find_section(model, id, &section, NULL) == HAB_UNSUPPORTED) {
+    code = c->wrong == PROBLEM_NONE ? hab_model_find_section(model, id, &section, &detail) : HAB_UNSUPPORTED;
+    if (code == HAB_UNSUPPORTED || !accepted(c, code, &detail)) {
         return from;
     }
     found = context_zeros(c, section.data_bytes / sizeof(float));

@@ -118,7 +118,7 @@ const BOARD: &str = "-M mps2-an386 -nographic -monitor none -serial none -charde
 
 /// The first word of a text that looks like a version.
 pub fn number(text: &str) -> String {
-    let words = text.split_whitespace().map(|word| word.trim_start_matches('v'));
+    let words = text.split_whitespace().map(|word| word.trim_start_matches('v').trim_end_matches(')'));
     let mut numbers = words.filter(|word| word.starts_with(|first: char| first.is_ascii_digit()) && word.contains('.'));
     numbers.next().unwrap_or_default().to_owned()
 }
@@ -129,6 +129,7 @@ mod tests {
 
     #[test]
     fn the_version_is_found_in_what_tools_print() {
+        assert_eq!(number("aarch64-linux-gnu-gcc (Debian 12.2.0-14) 12.2.0"), "12.2.0-14");
         assert_eq!(number("qemu-s390x version 7.2.22 (Debian 1:7.2+dfsg-7)\nCopyright 2003"), "7.2.22");
         assert_eq!(number("v20.20.2\n"), "20.20.2");
         assert_eq!(number("rustc 1.96.0 (ac68faa20 2026-05-25)"), "1.96.0");
