@@ -60,7 +60,12 @@ pub fn placement<R: Number>(
         vec![differences[1], xy, -xx + yy - zz, yz],
         vec![differences[2], zx, yz, -xx - yy + zz],
     ];
-    let (_, vectors) = eigenpairs(&matrix)?;
+    let (values, vectors) = eigenpairs(&matrix)?;
+    // Two best quaternions: any turn between them does as well.
+    let apart = larger(R::of(1e-12), R::EPSILON * R::of(16.0));
+    if !(values[0][0] - values[1][1] > apart * values[0][0]) {
+        return Err(DEGENERATE);
+    }
     let rotation = matrix_of_quaternion(&vectors[0]);
     let mut scale = R::of(1.0);
     if with_scale {
