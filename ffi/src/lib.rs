@@ -1,6 +1,6 @@
 //! The kernel behind a C ABI; `include/habitus.h` is generated from this crate (`cargo xtask header`) and is its documentation for C.
 //!
-//! Every function checks what C cannot promise (null, alignment, overlap, lengths) in one place, [`memory`], then calls the kernel. Nothing is
+//! Every function checks what C cannot promise (null, alignment, overlap, lengths) in one place (`memory`), then calls the kernel. Nothing is
 //! allocated on either side, nothing panics, and what a call writes is untouched when it returns an error.
 //!
 //! | module | what C sees |

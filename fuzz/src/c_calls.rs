@@ -300,7 +300,8 @@ impl Arena {
             }
             (*options).max_iterations = (*options).max_iterations.min(8);
         }
-        let form: *const hab_prepared = if call.numbers[0].is_multiple_of(3) { &self.prepared } else { std::ptr::null() };
+        let form: *const hab_prepared =
+            if call.numbers[0].is_multiple_of(3) { &self.prepared } else { std::ptr::null() };
         let dims = match (form.is_null(), call.numbers[1] % 2) {
             (true, _) => [di, dp],
             (false, 0) => [0, dp],
