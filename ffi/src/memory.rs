@@ -186,7 +186,9 @@ impl<T> Output<T> {
     /// The elements.
     ///
     /// # Safety
-    /// The pointer is valid for reads and writes of so many elements that nobody else touches while the slice lives.
+    /// The pointer is valid for reads and writes of so many elements that nobody else touches while the slice lives. What C has not set yet is
+    /// memory with some bits as far as Rust can know, any bits are a value of the elements used here (`f32`, `u32`, bytes), and nothing is read before
+    /// it is written but what the header calls a start.
     pub(crate) unsafe fn slice<'a>(&self) -> &'a mut [T] {
         if self.1 == 0 {
             return &mut [];
