@@ -28,6 +28,8 @@ pub mod register;
 #[cfg(feature = "models")]
 pub mod report;
 #[cfg(feature = "models")]
+pub mod spatial;
+#[cfg(feature = "models")]
 pub mod synth;
 
 pub use error::{Error, Place};

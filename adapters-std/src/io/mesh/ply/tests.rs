@@ -53,6 +53,7 @@ fn rich_mesh() -> Mesh {
         faces: vec![[0, 1, 2], [0, 1, 2], [0, 2, 3]],
         normals: vec![[0.0, 0.0, 1.0]; 4],
         colours: vec![[255, 255, 0], [0, 0, 255], [0, 0, 0], [1, 128, 7]],
+        ..Mesh::default()
     }
 }
 
