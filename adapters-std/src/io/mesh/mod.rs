@@ -5,6 +5,7 @@
 //! | `.obj` | yes | yes, text |
 //! | `.ply` | text and binary | yes, text and binary |
 //! | `.off` | yes | yes, text |
+//! | `.npy` | clouds | yes, without faces |
 //! | `.glb` | no | yes, metres |
 //!
 //! Readers keep the order and the number of the vertices as they are in the file, whatever the faces use: models and
@@ -14,6 +15,7 @@ mod coordinates;
 mod file;
 pub mod glb;
 mod losses;
+pub mod npy_cloud;
 pub mod obj;
 pub mod off;
 pub mod ply;
@@ -39,6 +41,7 @@ const FORMATS: &[(&str, Option<Parse>, Option<Format>)] = &[
     ("obj", Some(obj::parse), Some(obj::format)),
     ("ply", Some(ply::parse), Some(ply::format)),
     ("off", Some(off::parse), Some(off::format)),
+    ("npy", Some(npy_cloud::parse), Some(npy_cloud::format)),
     ("glb", None, Some(glb_format)),
 ];
 
@@ -154,6 +157,10 @@ mod tests {
                 write(&path, &mesh).expect("write");
                 assert_eq!(read(&path).expect("read"), mesh, "{name}");
             }
+            let path = folder.path().join("a.npy");
+            let left_out = write_file(&path, &mesh.clone().into(), &WriteOptions::default()).expect("write");
+            assert_eq!(left_out.len(), usize::from(!mesh.faces.is_empty()) + usize::from(!mesh.colours.is_empty()));
+            assert_eq!(read(&path).expect("read").positions, mesh.positions);
         }
     }
 
@@ -161,8 +168,8 @@ mod tests {
     fn unknown_extensions_are_told_the_known_ones() {
         let message = |outcome: Result<(), Error>| outcome.expect_err("must fail").to_string();
         let mesh = samples::meshes().remove(0);
-        assert!(message(write("a.stl", &mesh)).contains(".stl; known extensions: obj, ply, off, glb"));
-        assert!(message(read("a.glb").map(|_| ())).contains(".glb; known extensions: obj, ply, off"));
+        assert!(message(write("a.stl", &mesh)).contains(".stl; known extensions: obj, ply, off, npy, glb"));
+        assert!(message(read("a.glb").map(|_| ())).contains(".glb; known extensions: obj, ply, off, npy"));
         assert!(message(read("folder.obj/a").map(|_| ())).contains("needs an extension"));
     }
 
