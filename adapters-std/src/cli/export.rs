@@ -10,7 +10,7 @@ use super::{Console, shown};
 use crate::Error;
 use crate::generate::{mesh, positions, weights_from_deviations};
 use crate::io;
-use crate::io::mesh::glb;
+use crate::io::mesh::{MeshFile, MorphTarget, WriteOptions, write_file};
 use crate::io::model::{npz, opened};
 
 /// Arguments of `export`.
@@ -71,15 +71,20 @@ fn write_glb(args: &ExportArgs, model: &habitus_core::format::Model<'_>) -> Resu
             let weights: Vec<f32> = (0..dim).filter_map(|k| starts.get(row * dim + k)).collect();
             let name =
                 model.pose_names().and_then(|names| names.get(row)).map_or(format!("expression_{row}"), str::to_owned);
-            morphs.push((name, displacement(&positions(model, &mean_identity, &weights)?)));
+            let displacements = displacement(&positions(model, &mean_identity, &weights)?);
+            morphs.push(MorphTarget { name, displacements });
         }
     }
     for weight in 0..args.identity_morphs.min(model.header().identity_dim as usize) {
         let mut deviations = vec![0.0; weight];
         deviations.push(1.0);
         let identity = weights_from_deviations(model, Mode::Identity, &deviations)?;
-        morphs.push((format!("identity_{weight}"), displacement(&positions(model, &identity, &mean_pose)?)));
+        let displacements = displacement(&positions(model, &identity, &mean_pose)?);
+        morphs.push(MorphTarget { name: format!("identity_{weight}"), displacements });
     }
-    glb::write_with_morphs(&args.output, &base, &morphs)?;
-    Ok(morphs.len())
+    let n_morphs = morphs.len();
+    let file = MeshFile { mesh: base, morphs, ..MeshFile::default() };
+    // What is left out are roundings to f32, of which the model's own numbers are.
+    write_file(&args.output, &file, &WriteOptions::default())?;
+    Ok(n_morphs)
 }

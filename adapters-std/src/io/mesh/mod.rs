@@ -6,14 +6,14 @@
 //! | `.ply` | text and binary | yes, text and binary |
 //! | `.off` | yes | yes, text |
 //! | `.npy` | clouds | yes, without faces |
-//! | `.glb` | no | yes, metres |
+//! | `.glb`, `.gltf` | yes | yes, metres |
 //!
 //! Readers keep the order and the number of the vertices as they are in the file, whatever the faces use: models and
-//! landmarks name vertices by their index. No reader or writer but [`glb`] converts units.
+//! landmarks name vertices by their index. No reader or writer but [`gltf`] converts units.
 
 mod coordinates;
 mod file;
-pub mod glb;
+pub mod gltf;
 mod losses;
 pub mod npy_cloud;
 pub mod obj;
@@ -42,13 +42,9 @@ const FORMATS: &[(&str, Option<Parse>, Option<Format>)] = &[
     ("ply", Some(ply::parse), Some(ply::format)),
     ("off", Some(off::parse), Some(off::format)),
     ("npy", Some(npy_cloud::parse), Some(npy_cloud::format)),
-    ("glb", None, Some(glb_format)),
+    ("glb", Some(gltf::parse), Some(gltf::format)),
+    ("gltf", Some(gltf::parse), Some(gltf::format_json)),
 ];
-
-fn glb_format(file: &MeshFile, _: &WriteOptions) -> Result<Formatted, String> {
-    let morphs: Vec<_> = file.morphs.iter().map(|morph| (morph.name.clone(), morph.displacements.clone())).collect();
-    Ok(Formatted { bytes: glb::format(&file.mesh, &morphs)?, left_out: Vec::new() })
-}
 
 /// Whether meshes are read from files of this extension.
 pub fn is_read(path: &Path) -> bool {
