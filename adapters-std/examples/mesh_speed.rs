@@ -39,9 +39,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 }
 
 /// Seconds of the fastest of five runs.
-fn fastest(
-    mut run: impl FnMut() -> Result<(), Box<dyn std::error::Error>>,
-) -> Result<f64, Box<dyn std::error::Error>> {
+fn fastest(mut run: impl FnMut() -> Result<(), Box<dyn std::error::Error>>) -> Result<f64, Box<dyn std::error::Error>> {
     let mut fastest = f64::INFINITY;
     for _ in 0..5 {
         let start = Instant::now();
