@@ -61,7 +61,7 @@ pub(super) fn run(args: &ConvertArgs, console: &Console) -> Result<(), Error> {
     }
     let (vertices, faces) = (file.mesh.positions.len(), file.mesh.faces.len());
     console.result(
-        &format!("{}: {vertices} vertices, {faces} faces", args.output.display()),
+        &format!("{}: written; {vertices} vertices, {faces} faces were read", args.output.display()),
         json!({
             "output": shown(&args.output),
             "vertices": vertices,
