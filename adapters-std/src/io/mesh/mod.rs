@@ -79,7 +79,7 @@ pub fn read_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<MeshFi
 /// clause each.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_file(path: impl AsRef<Path>, file: &MeshFile, options: &WriteOptions) -> Result<Vec<String>, Error> {
     let path = path.as_ref();
     let extension = extension(path);
