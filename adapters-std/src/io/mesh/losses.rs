@@ -66,6 +66,27 @@ impl Losses {
     }
 }
 
+/// How far numbers were moved to become `f32`.
+#[derive(Default)]
+pub(super) struct Rounding {
+    n: usize,
+    largest: f64,
+}
+
+impl Rounding {
+    /// Counts these numbers as one when any of them moved.
+    pub(super) fn include(&mut self, numbers: &[f64], short: &[f32]) {
+        let moved = numbers.iter().zip(short).fold(0.0_f64, |m, (&x, &short)| m.max((x - f64::from(short)).abs()));
+        self.n += usize::from(moved > 0.0);
+        self.largest = self.largest.max(moved);
+    }
+
+    pub(super) fn note(&self, one: &str, several: &str, losses: &mut Losses) {
+        let by = format!("rounded to f32, by {:.1e} at most", self.largest);
+        losses.note(self.n, &format!("{one} {by}"), &format!("{several} {by}"));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::{MorphTarget, Skin};

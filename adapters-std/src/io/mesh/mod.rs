@@ -5,6 +5,7 @@
 //! | `.obj` | yes | yes, text |
 //! | `.ply` | text and binary | yes, text and binary |
 //! | `.off` | yes | yes, text |
+//! | `.stl` | text and binary | yes, binary and text, without vertices of its own |
 //! | `.npy` | clouds | yes, without faces |
 //! | `.glb`, `.gltf` | yes | yes, metres |
 //!
@@ -22,6 +23,7 @@ pub mod ply;
 mod range;
 #[cfg(test)]
 mod samples;
+pub mod stl;
 
 pub use file::{Encoding, Formatted, Joint, MeshFile, MorphTarget, NonFinite, ReadOptions, Skin, WriteOptions};
 
@@ -41,6 +43,7 @@ const FORMATS: &[(&str, Option<Parse>, Option<Format>)] = &[
     ("obj", Some(obj::parse), Some(obj::format)),
     ("ply", Some(ply::parse), Some(ply::format)),
     ("off", Some(off::parse), Some(off::format)),
+    ("stl", Some(stl::parse), Some(stl::format)),
     ("npy", Some(npy_cloud::parse), Some(npy_cloud::format)),
     ("glb", Some(gltf::parse), Some(gltf::format)),
     ("gltf", Some(gltf::parse), Some(gltf::format_json)),
@@ -164,8 +167,9 @@ mod tests {
     fn unknown_extensions_are_told_the_known_ones() {
         let message = |outcome: Result<(), Error>| outcome.expect_err("must fail").to_string();
         let mesh = samples::meshes().remove(0);
-        assert!(message(write("a.stl", &mesh)).contains(".stl; known extensions: obj, ply, off, npy, glb"));
-        assert!(message(read("a.glb").map(|_| ())).contains(".glb; known extensions: obj, ply, off, npy"));
+        let known = "known extensions: obj, ply, off, stl, npy, glb, gltf";
+        assert!(message(write("a.3ds", &mesh)).contains(&format!("not written as .3ds; {known}")));
+        assert!(message(read("a.fbx").map(|_| ())).contains(&format!("not read as .fbx; {known}")));
         assert!(message(read("folder.obj/a").map(|_| ())).contains("needs an extension"));
     }
 

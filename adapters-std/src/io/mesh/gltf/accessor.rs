@@ -186,9 +186,10 @@ impl<'a> Document<'a> {
     fn replace(&self, sparse: Object<'a>, value: Component, width: usize, numbers: &mut [f64]) -> Result<(), String> {
         let n_elements = numbers.len() / width;
         let count = sparse.wanted("count")?;
-        let count = usize::try_from(count).ok().filter(|&count| count <= n_elements).ok_or_else(|| {
-            format!("count: {count} elements are replaced, but the accessor has {n_elements}")
-        })?;
+        let count = usize::try_from(count)
+            .ok()
+            .filter(|&count| count <= n_elements)
+            .ok_or_else(|| format!("count: {count} elements are replaced, but the accessor has {n_elements}"))?;
         let part = |key: &str, known: Option<Component>, width: usize| -> Result<Vec<f64>, String> {
             let object = sparse.object(key)?.ok_or_else(|| format!("{key}: it is missing"))?;
             let read = || -> Result<Vec<f64>, String> {
@@ -299,11 +300,13 @@ mod tests {
     fn every_component_type_is_read_with_offsets_and_strides() {
         let bytes = [0, 0, 1, 2, 3, 0, 0xFF, 0xFE, 0xFD, 0];
         let view = json!({"buffer": 0, "byteOffset": 1, "byteLength": 9, "byteStride": 4});
-        let vector = |code: u32| json!({"bufferView": 0, "byteOffset": 1, "componentType": code, "count": 2, "type": "VEC3"});
+        let vector =
+            |code: u32| json!({"bufferView": 0, "byteOffset": 1, "componentType": code, "count": 2, "type": "VEC3"});
         assert_eq!(numbers(vector(5121), view.clone(), &bytes), [1.0, 2.0, 3.0, 255.0, 254.0, 253.0]);
         assert_eq!(numbers(vector(5120), view.clone(), &bytes), [1.0, 2.0, 3.0, -1.0, -2.0, -3.0]);
         let whole = json!({"buffer": 0, "byteLength": 10});
-        let scalar = |code: u32| json!({"bufferView": 0, "byteOffset": 2, "componentType": code, "count": 2, "type": "SCALAR"});
+        let scalar =
+            |code: u32| json!({"bufferView": 0, "byteOffset": 2, "componentType": code, "count": 2, "type": "SCALAR"});
         assert_eq!(numbers(scalar(5122), whole.clone(), &bytes), [513.0, 3.0]);
         assert_eq!(numbers(scalar(5123), whole.clone(), &bytes), [513.0, 3.0]);
         assert_eq!(numbers(scalar(5125), whole.clone(), &bytes), [197_121.0, 16_645_887.0 + 255.0 * 0.0]);

@@ -173,7 +173,10 @@ mod tests {
             (json!({}), "buffers[0].byteLength: it is missing"),
             (json!({"byteLength": 1}), "buffers[0].uri: it is missing, and the file has no binary chunk"),
             (json!({"byteLength": 9, "uri": "data:;base64,AQID"}), "buffers[0].byteLength: 9 bytes, but there are 3"),
-            (json!({"byteLength": 9, "uri": "data:;base64,A*ID"}), "buffers[0].uri: the base64 of the data URI is wrong"),
+            (
+                json!({"byteLength": 9, "uri": "data:;base64,A*ID"}),
+                "buffers[0].uri: the base64 of the data URI is wrong",
+            ),
             (json!({"byteLength": 9, "uri": "data:text,abc"}), "buffers[0].uri: a data URI that is not base64"),
             (json!({"byteLength": 9, "uri": "data:text"}), "buffers[0].uri: a data URI without a comma"),
             (json!({"byteLength": 9, "uri": "c.bin"}), "has 5 bytes; the document asks for 9"),

@@ -29,8 +29,7 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], path: &Path, losses: &mut Losses) -> R
     }
     let length = length as usize;
     if length > bytes.len() || length < 12 {
-        let problem =
-            format!("the header announces {length} bytes, but the file has {}: it is truncated", bytes.len());
+        let problem = format!("the header announces {length} bytes, but the file has {}: it is truncated", bytes.len());
         return malformed(8, problem);
     }
     losses.note(bytes.len() - length, "byte behind the announced end", "bytes behind the announced end");

@@ -124,7 +124,10 @@ mod tests {
         let value = json!({"a": {"b": -1, "c": [1, 2], "d": "x", "e": 3.0, "f": null}});
         let root = Object::of(&value).unwrap();
         let a = root.object("a").unwrap().unwrap();
-        assert_eq!(a.whole("b").within(|| "a".into()), Err("a.b: -1 where a whole number of at least 0 is expected".into()));
+        assert_eq!(
+            a.whole("b").within(|| "a".into()),
+            Err("a.b: -1 where a whole number of at least 0 is expected".into())
+        );
         assert_eq!(a.numbers::<3>("c").unwrap_err(), "c: a list of 2 where a list of 3 numbers is expected");
         assert_eq!(a.numbers::<2>("c"), Ok(Some([1.0, 2.0])));
         assert_eq!(a.object("d").unwrap_err(), "d: \"x\" where an object is expected");

@@ -50,7 +50,9 @@ impl<'a> Nodes<'a> {
                 let mut reached = vec![false; n];
                 roots.iter().for_each(|&node| reached[node] = true);
                 for &node in &order {
-                    if parents[node].is_some_and(|parent| reached[parent]) && std::mem::replace(&mut reached[node], true) {
+                    if parents[node].is_some_and(|parent| reached[parent])
+                        && std::mem::replace(&mut reached[node], true)
+                    {
                         return Err(format!("nodes[{node}]: the scene lists it and a node above it: list roots alone"));
                     }
                 }
@@ -188,7 +190,10 @@ mod tests {
             (json!({"nodes": [7]}), "nodes[0]: 7 where an object"),
             (json!({"nodes": [{}], "scenes": [{"nodes": [1]}]}), "scenes[0].nodes[0]: it names nodes[1]"),
             (json!({"nodes": [{}], "scenes": [{"nodes": [0, 0]}]}), "scenes[0].nodes[1]: nodes[0] is listed a second"),
-            (json!({"nodes": [{"children": [1]}, {}], "scenes": [{"nodes": [0, 1]}]}), "nodes[1]: the scene lists it and"),
+            (
+                json!({"nodes": [{"children": [1]}, {}], "scenes": [{"nodes": [0, 1]}]}),
+                "nodes[1]: the scene lists it and",
+            ),
             (json!({"scene": 1, "scenes": [{}]}), "scene: it names scenes[1]"),
             (json!({"nodes": [{"matrix": [1, 2]}]}), "nodes[0].matrix: a list of 2 where a list of 16 numbers"),
             (json!({"nodes": [{"matrix": [0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 2]}]}), "matrix: its last row"),

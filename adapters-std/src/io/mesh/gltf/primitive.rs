@@ -100,7 +100,9 @@ fn colours(document: &Document<'_>, accessor: u64, tally: &mut Tally) -> Result<
         _ => 0.0,
     };
     if steps == 0.0 || (values.component != Component::F32 && !values.normalised) {
-        return Err(format!(": accessors[{accessor}] is no list of colours: f32, or normalised u8 or u16, is expected"));
+        return Err(format!(
+            ": accessors[{accessor}] is no list of colours: f32, or normalised u8 or u16, is expected"
+        ));
     }
     let (mut rounded, mut transparent) = (0, 0);
     let mut colours = Vec::with_capacity(values.len());

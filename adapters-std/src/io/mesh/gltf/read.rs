@@ -278,7 +278,8 @@ impl Joined {
                     "vertex whose weights did not sum to 1 (divided by their sum)",
                     "vertices whose weights did not sum to 1 (divided by their sum)",
                 );
-                let shifted = |influences: Vec<(u32, f64)>| influences.into_iter().map(|(j, w)| (j + first, w)).collect();
+                let shifted =
+                    |influences: Vec<(u32, f64)>| influences.into_iter().map(|(j, w)| (j + first, w)).collect();
                 self.influences.resize(start, Vec::new());
                 self.influences.extend(influences.into_iter().map(shifted));
             }
@@ -308,7 +309,10 @@ impl Joined {
             if n_missing == 0 {
                 self.mesh.attributes.push(attribute);
             } else {
-                let names = ["value of an attribute that other vertices lack,", "values of an attribute that other vertices lack,"];
+                let names = [
+                    "value of an attribute that other vertices lack,",
+                    "values of an attribute that other vertices lack,",
+                ];
                 tally.note_named(attribute.values.len(), names[0], names[1], &attribute.name);
             }
         }

@@ -185,9 +185,10 @@ pub(super) fn influences(
                 if !(weight > 0.0 && weight < f64::INFINITY) {
                     return Err(format!("{weights_key}: the weight {weight} of vertex {vertex}; 0 to 1 is expected"));
                 }
-                let slot = slots.get(joint as usize).filter(|_| joint >= 0.0 && joint.fract() == 0.0).ok_or_else(|| {
-                    format!("{joints_key}: joint {joint} moves vertex {vertex}, but the skin has {}", slots.len())
-                })?;
+                let slot =
+                    slots.get(joint as usize).filter(|_| joint >= 0.0 && joint.fract() == 0.0).ok_or_else(|| {
+                        format!("{joints_key}: joint {joint} moves vertex {vertex}, but the skin has {}", slots.len())
+                    })?;
                 match influences[vertex].iter_mut().find(|(known, _)| known == slot) {
                     Some((_, known)) => *known += weight,
                     None => influences[vertex].push((*slot, weight)),

@@ -13,7 +13,7 @@ use gltf_json::validation::{Checked, USize64};
 use gltf_json::{Accessor, Asset, Index, Node, Root, Scene};
 
 use super::super::MeshFile;
-use super::super::losses::Losses;
+use super::super::losses::{Losses, Rounding};
 use super::colour::linear_u16;
 use crate::mesh::{Attribute, Scalar, unit};
 
@@ -185,7 +185,11 @@ impl Growing {
         };
         let normals: Vec<[f64; 3]> = normals.iter().map(unit_normal).collect();
         self.losses.note(n_long, "length of a normal (made 1)", "lengths of normals (made 1)");
-        self.losses.note(n_without, "normal without a direction (made 0 1 0)", "normals without a direction (made 0 1 0)");
+        self.losses.note(
+            n_without,
+            "normal without a direction (made 0 1 0)",
+            "normals without a direction (made 0 1 0)",
+        );
         self.vectors("normal", "normals", &normals)
     }
 
@@ -259,26 +263,5 @@ impl Growing {
             targets.push(MorphTarget { positions: Some(positions), normals: None, tangents: None });
         }
         Ok(targets)
-    }
-}
-
-/// How far numbers were moved to become `f32`.
-#[derive(Default)]
-pub(super) struct Rounding {
-    n: usize,
-    largest: f64,
-}
-
-impl Rounding {
-    /// Counts these numbers as one when any of them moved.
-    pub(super) fn include(&mut self, numbers: &[f64], short: &[f32]) {
-        let moved = numbers.iter().zip(short).fold(0.0_f64, |m, (&x, &short)| m.max((x - f64::from(short)).abs()));
-        self.n += usize::from(moved > 0.0);
-        self.largest = self.largest.max(moved);
-    }
-
-    pub(super) fn note(&self, one: &str, several: &str, losses: &mut Losses) {
-        let by = format!("rounded to f32, by {:.1e} at most", self.largest);
-        losses.note(self.n, &format!("{one} {by}"), &format!("{several} {by}"));
     }
 }

@@ -9,9 +9,10 @@ use gltf_json::scene::UnitQuaternion;
 use gltf_json::validation::Checked::Valid;
 use gltf_json::{Accessor, Index, Node};
 
+use super::super::losses::Rounding;
 use super::super::{Joint, Skin};
 use super::skin::{MAX_SETS, divided_by_sum};
-use super::write::{Attributes, Growing, METRES, Rounding};
+use super::write::{Attributes, Growing, METRES};
 
 impl Growing {
     /// Writes the skin; returns it and the node above its joints.
@@ -23,7 +24,9 @@ impl Growing {
     ) -> Result<(Index<gltf_json::Skin>, Index<Node>), String> {
         if skin.joints.is_empty() || skin.joints.len() > usize::from(u16::MAX) + 1 {
             let n = skin.joints.len();
-            return Err(format!("a skin of {n} joints; 1 to 65536 are possible: leave the skin out, or divide the mesh"));
+            return Err(format!(
+                "a skin of {n} joints; 1 to 65536 are possible: leave the skin out, or divide the mesh"
+            ));
         }
         let frames = frames(&skin.joints)?;
         self.influences(skin, n_vertices, attributes)?;
@@ -105,9 +108,11 @@ impl Growing {
             }
             n_divided += usize::from(divided_by_sum(influences));
         }
-        let (one, several) = ("vertex that no joint moves (follows the first)", "vertices that no joint moves (follow the first)");
+        let (one, several) =
+            ("vertex that no joint moves (follows the first)", "vertices that no joint moves (follow the first)");
         self.losses.note(n_unmoved, one, several);
-        let (one, several) = ("vertex whose weights do not sum to 1 (made so)", "vertices whose weights do not sum to 1 (made so)");
+        let (one, several) =
+            ("vertex whose weights do not sum to 1 (made so)", "vertices whose weights do not sum to 1 (made so)");
         self.losses.note(n_divided, one, several);
         let n_sets = all.iter().map(|influences| influences.len().div_ceil(4)).max().unwrap_or(0);
         if n_sets > MAX_SETS {
