@@ -17,6 +17,8 @@ pub struct ColourBar {
     pub below: bool,
     /// Whether numbers are missing.
     pub missing: bool,
+    /// What is written beside the colour of missing numbers.
+    pub missing_label: String,
 }
 
 const BAR: usize = 24;
@@ -33,6 +35,7 @@ impl ColourBar {
             above: values.iter().any(|value| *value > scale.high),
             below: values.iter().any(|value| *value < scale.low),
             missing: values.iter().any(|value| value.is_nan()),
+            missing_label: "none".into(),
         }
     }
 
@@ -45,7 +48,11 @@ impl ColourBar {
         let above = format!("> {}", ticks.label(self.scale.high));
         let below = format!("< {}", ticks.label(self.scale.low));
         let labels = ticks.values.iter().map(|value| ticks.label(*value)).chain([above.clone(), below.clone()]);
-        let widest = labels.map(|label| plain.width(&label)).chain([plain.width("none")]).max().unwrap_or(0);
+        let widest = labels
+            .map(|label| plain.width(&label))
+            .chain([if self.missing { plain.width(&self.missing_label) } else { 0 }])
+            .max()
+            .unwrap_or(0);
         let left = BAR + TICK + 4;
         let mut image = Image::filled((left + widest).max(plain.width(&self.title)), height, background);
         image.write_text(&self.title, plain, 0, 0, INK);
@@ -60,7 +67,7 @@ impl ColourBar {
         let (mut top, mut bottom) = (plain.height() + 8, height);
         if self.missing {
             bottom -= line;
-            explained(&mut image, self.scale.missing, "none", bottom + 4);
+            explained(&mut image, self.scale.missing, &self.missing_label, bottom + 4);
         }
         if self.below {
             bottom -= line;
