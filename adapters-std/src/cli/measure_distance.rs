@@ -43,6 +43,9 @@ pub(super) struct DistanceArgs {
     /// Draw both shapes, coloured by their distances
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
+    /// Pixels of the longer side of each view in the picture
+    #[arg(long, default_value_t = 480, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=4096))]
+    size: u16,
     /// End of the colour scale, mm [default: 95 % of the points are within it]
     #[arg(long, value_name = "MM", value_parser = positive)]
     max: Option<f64>,
@@ -67,8 +70,9 @@ pub(super) fn run(args: &DistanceArgs, console: &Console) -> Result<(), Error> {
     if let Some(factor) = unit_factor(&a, &b) {
         let (more, times) = if factor > 1.0 { ("larger", factor) } else { ("smaller", 1.0 / factor) };
         console.warn(&format!(
-            "{} is about {times:.4} times {more} than {}: are they in different units?",
+            "{} is about {} times {more} than {}: are they in different units?",
             args.a.display(),
+            (10.0 * times).round() / 10.0,
             args.b.display()
         ));
     }
@@ -97,7 +101,8 @@ pub(super) fn run(args: &DistanceArgs, console: &Console) -> Result<(), Error> {
         if let Some(path) = &args.png {
             let of_b = coloured(&b, &to_a);
             let rows = [(&a, &of_a, &found.a_to_b), (&b, &of_b, &found.b_to_a)];
-            figure([&args.a, &args.b], rows, scale).drawn().write_png(path)?;
+            let figure = figure([&args.a, &args.b], rows, scale);
+            Figure { picture_size: args.size.into(), ..figure }.drawn().write_png(path)?;
         }
     }
     let [ply, png] = [&args.ply, &args.png].map(|path| path.as_deref().map(shown));
@@ -252,4 +257,32 @@ fn decimals(largest: f64) -> usize {
         return 3;
     }
     (5.0 - largest.log10().ceil()).clamp(0.0, 9.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_coloured_mesh_carries_the_numbers_of_its_colours() {
+        let old = Attribute { name: "distance".into(), scalar: Scalar::U8, values: vec![9.0; 3] };
+        let kept = Attribute { name: "label".into(), scalar: Scalar::U8, values: vec![1.0; 3] };
+        let mesh = Mesh { positions: vec![[0.0; 3]; 3], attributes: vec![old, kept.clone()], ..Mesh::default() };
+        let point =
+            |signed: f64, at_boundary| PointDistance { distance: signed.abs(), signed: Some(signed), at_boundary };
+        let points = vec![point(-0.1, false), point(2.5, false), point(1.0, true)];
+        let scale = ColourScale::signed(2.0);
+        let coloured = Coloured::new(points, true, &scale).mesh(&mesh);
+        assert_eq!(coloured.colours, [scale.colour(-0.1), scale.above, scale.missing]);
+        let names: Vec<&str> = coloured.attributes.iter().map(|attribute| attribute.name.as_str()).collect();
+        assert_eq!(names, ["label", "distance", "at_boundary"]);
+        assert_eq!(coloured.attributes[0], kept);
+        assert_eq!(coloured.attributes[1].values, [f64::from(-0.1_f32), 2.5, 1.0]);
+        assert_eq!(coloured.attributes[2].values, [0.0, 0.0, 1.0]);
+    }
+
+    #[test]
+    fn tables_show_five_digits_of_their_largest_number() {
+        assert_eq!([12.3, 0.012, 1500.0, 1e9, 0.0, f64::NAN].map(decimals), [3, 6, 1, 0, 3, 3]);
+    }
 }

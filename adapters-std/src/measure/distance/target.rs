@@ -1,8 +1,8 @@
 //! The shape to which distances are measured.
 
 use crate::Error;
-use crate::mesh::{Mesh, Topology};
-use crate::spatial::{Closest, Feature, PointTree, TriangleTree};
+use crate::mesh::Mesh;
+use crate::spatial::{PointTree, TriangleTree};
 
 /// The distance of a point from a target, in the unit of both.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,7 +25,7 @@ pub struct Target {
 
 #[derive(Debug)]
 enum Shape {
-    Surface { tree: TriangleTree, boundary: Boundary },
+    Surface(TriangleTree),
     Points(PointTree),
 }
 
@@ -39,15 +39,14 @@ impl Target {
         let shape = if mesh.faces.is_empty() {
             Shape::Points(PointTree::new(&mesh.positions)?)
         } else {
-            let tree = TriangleTree::new(&mesh.positions, &mesh.faces)?;
-            Shape::Surface { tree, boundary: Boundary::of(mesh) }
+            Shape::Surface(TriangleTree::new(&mesh.positions, &mesh.faces)?)
         };
         Ok(Target { shape })
     }
 
     /// Whether it is a surface, which has two sides.
     pub fn is_surface(&self) -> bool {
-        matches!(self.shape, Shape::Surface { .. })
+        matches!(self.shape, Shape::Surface(_))
     }
 
     /// The distance of each point, over all threads.
@@ -59,50 +58,16 @@ impl Target {
                     .map(|nearest| PointDistance { distance: nearest.distance, signed: None, at_boundary: false })
                     .collect()
             }
-            Shape::Surface { tree, boundary } => {
+            Shape::Surface(tree) => {
                 let found = std::iter::zip(points, tree.closest_all(points));
-                found.map(|(point, closest)| distance(*point, &closest, boundary.has(&closest))).collect()
+                found
+                    .map(|(point, closest)| PointDistance {
+                        distance: closest.distance,
+                        signed: Some(closest.signed_distance(*point)),
+                        at_boundary: closest.on_boundary,
+                    })
+                    .collect()
             }
         }
-    }
-}
-
-fn distance(point: [f64; 3], closest: &Closest, at_boundary: bool) -> PointDistance {
-    let side: f64 = (0..3).map(|axis| (point[axis] - closest.point[axis]) * closest.normal[axis]).sum();
-    let signed = if side < 0.0 { -closest.distance } else { closest.distance };
-    PointDistance { distance: closest.distance, signed: Some(signed), at_boundary }
-}
-
-/// Which sides and corners of the faces lie on the boundary.
-#[derive(Debug)]
-struct Boundary {
-    /// For each face its sides, then its corners.
-    parts: Vec<[bool; 6]>,
-}
-
-impl Boundary {
-    fn of(mesh: &Mesh) -> Self {
-        let topology = Topology::new(mesh.positions.len(), &mesh.faces);
-        let edges = topology.edges();
-        let mut vertices = vec![false; mesh.positions.len()];
-        for edge in edges.iter().filter(|edge| edge.faces.len() == 1) {
-            edge.vertices.iter().for_each(|&vertex| vertices[vertex as usize] = true);
-        }
-        let side = |edge: u32| edges.get(edge as usize).is_some_and(|edge| edge.faces.len() == 1);
-        let parts = mesh.faces.iter().enumerate().map(|(face, corners)| {
-            let sides = topology.edges_of_face(face as u32).map(side);
-            let corners = corners.map(|vertex| vertices[vertex as usize]);
-            [sides[0], sides[1], sides[2], corners[0], corners[1], corners[2]]
-        });
-        Boundary { parts: parts.collect() }
-    }
-
-    fn has(&self, closest: &Closest) -> bool {
-        let part = match closest.feature {
-            Feature::Face => return false,
-            Feature::Edge(side) => usize::from(side),
-            Feature::Vertex(corner) => 3 + usize::from(corner),
-        };
-        self.parts.get(closest.face as usize).is_some_and(|parts| parts.get(part).copied().unwrap_or(false))
     }
 }
