@@ -25,7 +25,7 @@ use crate::measure::vertex_error::{MeanError, mean_vertex_distances};
 use crate::mesh::Mesh;
 use crate::register::gpa::{GpaOptions, align_in_place};
 use crate::register::rigid::alignment;
-use crate::report::shade::View;
+use crate::report::View;
 use crate::report::sheet::contact_sheet;
 use crate::synth::face_grid::LANDMARKS;
 use crate::synth::face_motion::EXPRESSIONS;

@@ -7,6 +7,7 @@ mod export;
 mod generate;
 mod info;
 mod info_mesh;
+mod measure_distance;
 mod measure_model;
 mod synth_faces;
 mod train_face;
@@ -78,6 +79,8 @@ enum Train {
 
 #[derive(Debug, Subcommand)]
 enum Measure {
+    /// How far two meshes or clouds are apart, both ways, in figures and pictures
+    Distance(measure_distance::DistanceArgs),
     /// Compactness, generalization, specificity and vertex errors of a face model
     Model(measure_model::ModelArgs),
 }
@@ -128,6 +131,7 @@ fn done(verb: &Verb, console: &Console) -> Result<(), crate::Error> {
         Verb::Synth(Synth::Faces(args)) => synth_faces::run(args, console),
         Verb::Train(Train::Face(args)) => train_face::run(args, console),
         Verb::Generate(args) => generate::run(args, console),
+        Verb::Measure(Measure::Distance(args)) => measure_distance::run(args, console),
         Verb::Measure(Measure::Model(args)) => measure_model::run(args, console),
     }
 }

@@ -1,6 +1,7 @@
 //! How good a model is.
 
 pub mod compactness;
+pub mod distance;
 pub mod generalization;
 pub mod kernel_fit;
 pub mod specificity;

@@ -1,13 +1,29 @@
-//! Pictures of what was made: shaded views of meshes and sheets of many of them.
+//! Pictures of what was made: shaded views of meshes and clouds, sheets of many of them, figures with a legend.
 //!
-//! [`Scene`] places meshes in one frame and renders it from several [`View`]s side by side; [`contact_sheet`] gives
-//! every mesh a cell of its own at one common scale. Both return an [`Image`], which writes itself as PNG.
+//! [`Scene`] places meshes and clouds in one frame and renders it from several [`View`]s side by side; [`contact_sheet`] gives
+//! every mesh a cell of its own at one common scale; [`Figure`] puts scenes below each other with names, captions and the
+//! [`ColourBar`] of a scalar field, whose colours a [`ColourScale`] makes. All return an [`Image`], which writes itself as PNG.
+//!
+//! Nothing depends on the unit of the meshes: light, perspective and the size of points follow the frame.
 
+mod cloud;
+pub mod colour_bar;
+pub mod colour_scale;
+pub mod figure;
+pub mod light;
 pub mod picture;
 mod raster;
-pub mod shade;
+pub mod scene;
 pub mod sheet;
+pub mod text;
+pub mod view;
 
+pub use colour_bar::ColourBar;
+pub use colour_scale::{ColourMap, ColourScale, rounded_up};
+pub use figure::Figure;
+pub use light::Finish;
 pub use picture::Image;
-pub use shade::{Frame, Placed, Scene, View};
+pub use scene::{Placed, Scene};
 pub use sheet::contact_sheet;
+pub use text::Lettering;
+pub use view::{Frame, View};

@@ -1,11 +1,13 @@
-//! The z-buffer: triangles to per-pixel depth, normal and colour.
+//! The z-buffer: triangles and discs to per-pixel depth, normal and colour.
+
+use rayon::prelude::*;
 
 /// What one pixel sees, in camera space (x right, y up, z towards the viewer).
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Fragment {
-    /// Towards the viewer, in mm; minus infinity where nothing was drawn.
+    /// Towards the viewer, in units of the camera; minus infinity where nothing was drawn.
     pub depth: f32,
-    /// Unit normal, turned towards the viewer.
+    /// Unit normal, turned towards the viewer; zero where it is not known yet.
     pub normal: [f32; 3],
     /// Linear colour.
     pub albedo: [f32; 3],
@@ -16,7 +18,7 @@ pub(super) struct Fragment {
 /// A vertex after projection.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Corner {
-    /// Column and row in pixels, and depth in mm.
+    /// Column and row in pixels, and depth in units of the camera.
     pub at: [f32; 3],
     /// Perspective weight: the inverse distance along the axis of view, 1 in an orthographic view.
     pub weight: f32,
@@ -116,6 +118,112 @@ impl Buffer {
     }
 }
 
+/// A point of a cloud after projection.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Disc {
+    /// Column and row in pixels, and depth in units of the camera.
+    pub at: [f32; 3],
+    /// Pixels per unit of the camera at this depth.
+    pub scale: f32,
+    /// In units of the camera.
+    pub radius: f32,
+    /// Camera-space unit normal; none: the disc faces the viewer, and its normal is found from the depths around it.
+    pub normal: Option<[f32; 3]>,
+    /// Linear colour.
+    pub albedo: [f32; 3],
+}
+
+/// Discs seen from the edge are drawn as if they were turned this far: the cosine to the axis of view.
+const STEEPEST: f32 = 0.25;
+
+impl Buffer {
+    /// Draws a disc, both sides; however small it is, the pixel of its centre shows it.
+    pub fn draw_disc(&mut self, disc: &Disc) {
+        let [x, y, z] = disc.at;
+        if !(x.is_finite() && y.is_finite() && z.is_finite() && disc.scale > 0.0) {
+            return;
+        }
+        let back = disc.normal.is_some_and(|n| n[2] < 0.0);
+        let side = if back { -1.0 } else { 1.0 };
+        let normal = disc.normal.map(|n| n.map(|n| side * n));
+        let slope = normal.map_or([0.0; 2], |n| [n[0], n[1]].map(|along| -along / n[2].max(STEEPEST)));
+        let reach = (disc.radius * disc.scale).max(0.0);
+        let pixels = |middle: f32, limit: usize| {
+            let (first, last) = ((middle - reach).floor().max(0.0), (middle + reach).floor().max(-1.0) + 1.0);
+            first as usize..(last as usize).min(limit)
+        };
+        let columns = pixels(x, self.width);
+        for row in pixels(y, self.height) {
+            for column in columns.clone() {
+                let (dx, dy) = ((column as f32 + 0.5 - x) / disc.scale, (y - row as f32 - 0.5) / disc.scale);
+                let dz = slope[0] * dx + slope[1] * dy;
+                let centre = column as f32 == x.floor() && row as f32 == y.floor();
+                if !centre && dx * dx + dy * dy + dz * dz > disc.radius * disc.radius {
+                    continue;
+                }
+                let fragment = &mut self.fragments[row * self.width + column];
+                if z + dz > fragment.depth {
+                    *fragment =
+                        Fragment { depth: z + dz, normal: normal.unwrap_or([0.0; 3]), albedo: disc.albedo, back };
+                }
+            }
+        }
+    }
+
+    /// Gives every drawn pixel without a normal that of the plane through the depths around it, in least squares.
+    ///
+    /// `radius` is that of the discs in units of the camera, `scale` pixels per unit. Depths that differ by more than a few
+    /// radii are those of another part of the surface.
+    pub fn find_normals(&mut self, radius: f32, scale: f32) {
+        let unknown = |fragment: &Fragment| fragment.depth.is_finite() && fragment.normal == [0.0; 3];
+        let found: Vec<(usize, [f32; 3])> = (0..self.fragments.len())
+            .into_par_iter()
+            .filter(|&pixel| unknown(&self.fragments[pixel]))
+            .map(|pixel| (pixel, self.normal_around(pixel, radius, scale)))
+            .collect();
+        for (pixel, normal) in found {
+            self.fragments[pixel].normal = normal;
+        }
+    }
+
+    fn normal_around(&self, pixel: usize, radius: f32, scale: f32) -> [f32; 3] {
+        const DIRECTIONS: usize = 12;
+        const RINGS: [f32; 3] = [1.0, 2.0, 3.0];
+        let here = self.fragments[pixel].depth;
+        let (column, row) = ((pixel % self.width) as f32, (pixel / self.width) as f32);
+        // At least a few pixels apart, or the steps between discs would be all that is seen.
+        let step = (radius * scale).clamp(2.0, 40.0);
+        let mut samples = vec![[0.0, 0.0, 0.0]];
+        for direction in 0..DIRECTIONS {
+            let (sine, cosine) = (direction as f32 * std::f32::consts::TAU / DIRECTIONS as f32).sin_cos();
+            for ring in RINGS {
+                let (x, y) = ((ring * step * cosine).round(), (ring * step * sine).round());
+                if let Some(depth) = self.depth((column + x) as i64, (row - y) as i64)
+                    && (depth - here).abs() < (3.0 * step / scale).max(2.0 * ring * step / scale)
+                {
+                    samples.push([x / step, y / step, (depth - here) * scale / step]);
+                }
+            }
+        }
+        plane_normal(&samples)
+    }
+}
+
+/// Unit normal, towards the viewer, of the plane `z = a x + b y + c` that fits these points best.
+fn plane_normal(points: &[[f32; 3]]) -> [f32; 3] {
+    let n = points.len().max(1) as f32;
+    let mean = [0, 1, 2].map(|axis| points.iter().map(|p| p[axis]).sum::<f32>() / n);
+    let product = |i: usize, j: usize| points.iter().map(|p| (p[i] - mean[i]) * (p[j] - mean[j])).sum::<f32>();
+    let (xx, xy, yy, xz, yz) = (product(0, 0), product(0, 1), product(1, 1), product(0, 2), product(1, 2));
+    let determinant = xx * yy - xy * xy;
+    if !(determinant > 1e-3) {
+        return [0.0, 0.0, 1.0];
+    }
+    let (a, b) = ((xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant);
+    let length = (a * a + b * b + 1.0).sqrt();
+    [-a / length, -b / length, 1.0 / length]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,5 +252,41 @@ mod tests {
         buffer.draw([&square[0], &square[1], &square[2]]);
         buffer.draw([&square[0], &square[2], &square[3]]);
         assert!(buffer.fragments.iter().all(|fragment| fragment.depth == 0.0));
+    }
+
+    #[test]
+    fn a_disc_is_round_from_the_front_and_narrow_when_turned() {
+        let drawn = |normal: [f32; 3], radius: f32| {
+            let mut buffer = Buffer::new(40, 40);
+            buffer.draw_disc(&Disc {
+                at: [20.0, 20.0, 1.0],
+                scale: 10.0,
+                radius,
+                normal: Some(normal),
+                albedo: [1.0; 3],
+            });
+            let drawn = buffer.fragments.iter().filter(|fragment| fragment.depth.is_finite());
+            (drawn.clone().count(), drawn.filter(|fragment| fragment.back).count())
+        };
+        let (area, back) = drawn([0.0, 0.0, 1.0], 1.5);
+        assert!((area as f32 - 225.0 * std::f32::consts::PI).abs() < 20.0 && back == 0, "{area}");
+        let (turned, back) = drawn([0.8, 0.0, -0.6], 1.5);
+        assert!((turned as f32 / area as f32 - 0.6).abs() < 0.05 && back == turned, "{turned}");
+        assert_eq!(drawn([0.0, 0.0, 1.0], 0.0).0, 1);
+    }
+
+    #[test]
+    fn the_normal_of_a_slanted_cloud_is_found_from_its_depths() {
+        let mut buffer = Buffer::new(60, 60);
+        for k in 0..400 {
+            let (x, y) = (1.5 + 3.0 * (k % 20) as f32, 1.5 + 3.0 * (k / 20) as f32);
+            // One unit is ten pixels; depth grows by 0.5 for each unit to the right.
+            let at = [x, y, 0.05 * x];
+            buffer.draw_disc(&Disc { at, scale: 10.0, radius: 0.3, normal: None, albedo: [1.0; 3] });
+        }
+        buffer.find_normals(0.3, 10.0);
+        let normal = buffer.fragments[30 * 60 + 30].normal;
+        let expected = [-0.4472, 0.0, 0.8944];
+        assert!(normal.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.06), "{normal:?}");
     }
 }

@@ -1,7 +1,8 @@
 //! Contact sheets: a grid of meshes, every one in a cell of its own at the same scale.
 
 use super::picture::Image;
-use super::shade::{Frame, Scene, View};
+use super::scene::Scene;
+use super::view::{Frame, View};
 use crate::mesh::Mesh;
 use rayon::prelude::*;
 
@@ -15,7 +16,8 @@ use rayon::prelude::*;
 /// | `views` | one or more | each mesh is shown from each view, side by side |
 /// | `lining` | sRGB | what is seen through enclosed holes, see [`Scene::lining`] |
 pub fn contact_sheet(rows: &[Vec<Mesh>], views: &[View], cell: [usize; 2], lining: Option<[u8; 3]>) -> Image {
-    let frame = Frame::holding(rows.iter().flatten().flat_map(|mesh| mesh.positions.iter().copied()));
+    let points = rows.iter().flatten().flat_map(|mesh| mesh.positions.iter().copied());
+    let frame = Frame::holding(points, views);
     let columns = views.len() * rows.iter().map(Vec::len).max().unwrap_or(0);
     let mut sheet = Image::filled(columns * cell[0], rows.len() * cell[1], Scene::new([]).background);
     let cells: Vec<(usize, usize, &Mesh)> = rows

@@ -90,7 +90,8 @@ impl PointTree {
             return Vec::new();
         };
         let found = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(n).execute();
-        let farthest = found.iter().map(|found| squared(self.points[found.item as usize], position)).fold(0.0, f64::max);
+        let farthest =
+            found.iter().map(|found| squared(self.points[found.item as usize], position)).fold(0.0, f64::max);
         let mut all = self.around(position, farthest.sqrt());
         all.truncate(n.get());
         all

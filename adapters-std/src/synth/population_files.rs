@@ -10,7 +10,7 @@ use super::faces::FacePopulation;
 use crate::Error;
 use crate::io::{self, atomic, npy};
 use crate::mesh::Mesh;
-use crate::report::shade::View;
+use crate::report::View;
 use crate::report::sheet::contact_sheet;
 
 /// Where the parts of a population were written.
