@@ -428,3 +428,40 @@ fn demo_leaves_everything() {
         assert!(folder.join(name).metadata().unwrap().len() > 100, "{name}");
     }
 }
+
+#[test]
+fn clean_writes_a_sound_mesh_and_tells_what_it_did() {
+    let work = work();
+    let (input, output, report) = (work.path("broken.obj"), work.path("sound.ply"), work.path("sound.json"));
+    let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1 0 0\nv 7 7 7\nf 1 2 3\nf 1 3 4\nf 5 3 1\nf 4 3 1\n";
+    std::fs::write(&input, square).unwrap();
+    let said = json(&["clean", &input, "-o", &output, "--report", &report]);
+    assert_eq!(said["changes"].as_array().unwrap().len(), 4, "{said}");
+    assert_eq!(said["welded_vertices"], serde_json::json!({ "count": 1, "examples": [4] }));
+    assert_eq!((&said["duplicate_faces"]["count"], &said["opposite_faces"]["count"]), (&1.into(), &1.into()));
+    assert_eq!(said["components"][0]["boundary_loops"], 1);
+    let mesh = habitus::io::mesh::read(&output).unwrap();
+    assert_eq!((mesh.positions.len(), mesh.faces.len()), (4, 2));
+    let whole: Value = serde_json::from_slice(&std::fs::read(&report).unwrap()).unwrap();
+    assert_eq!(whole["old_of_vertex"], serde_json::json!([0, 1, 2, 3]));
+    assert_eq!(json(&["clean", &output])["unchanged"], true);
+    let text = String::from_utf8(habitus(&["clean", &input]).stdout).unwrap();
+    assert!(text.contains("changed: 1 vertices welded to an earlier one at their place (4)"), "{text}");
+}
+
+#[test]
+fn clean_of_several_files_is_a_table() {
+    let work = work();
+    let (one, other) = (work.path("one.obj"), work.path("other.obj"));
+    std::fs::write(&one, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 1 2 3\n").unwrap();
+    std::fs::write(&other, "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n").unwrap();
+    let said = json(&["clean", &one, &other]);
+    assert_eq!(said["files"][0]["duplicate_faces"]["count"], 1);
+    assert!(said["files"][1]["error"].as_str().unwrap().contains("nothing is left of the 1 faces"));
+    let text = String::from_utf8(habitus(&["clean", &one, &one]).stdout).unwrap();
+    let widths: Vec<usize> = text.lines().map(str::len).collect();
+    assert!(widths.len() == 3 && widths.iter().all(|&width| width == widths[0]), "{text}");
+    assert!(refused(&["clean", &other, &other]).contains("none of the 2 inputs"));
+    assert!(refused(&["clean", &one, &one, "-o", &work.path("x.ply")]).contains("give one input"));
+    assert_eq!(habitus(&["clean", &one, "--keep", "2"]).status.code(), Some(2));
+}

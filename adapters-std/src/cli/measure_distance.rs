@@ -46,7 +46,7 @@ pub(super) struct DistanceArgs {
     /// Pixels of the longer side of each view in the picture
     #[arg(long, default_value_t = 480, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=4096))]
     size: u16,
-    /// End of the colour scale, mm [default: 95 % of the points are within it]
+    /// End of the colour scale, mm [default: 90 % of the first shape's points and half of the second's are within it]
     #[arg(long, value_name = "MM", value_parser = positive)]
     max: Option<f64>,
 }
@@ -88,8 +88,10 @@ pub(super) fn run(args: &DistanceArgs, console: &Console) -> Result<(), Error> {
         b_to_a: of(&args.b, direction(&b, &to_a, &options))?,
     };
     let limit = args.max.unwrap_or_else(|| {
-        let most = |direction: &Direction| direction.inner.as_ref().unwrap_or(&direction.all).quantile_95;
-        rounded_up(most(&found.a_to_b).max(most(&found.b_to_a)))
+        // The second shape often covers more than the first; its far parts would wash out what the first has to show.
+        let [first, second] =
+            [&found.a_to_b, &found.b_to_a].map(|direction| direction.inner.as_ref().unwrap_or(&direction.all));
+        rounded_up(first.quantile_90.max(second.median))
     });
     let scale = if args.signed { ColourScale::signed(limit) } else { ColourScale::sequential(0.0, limit) };
     let coloured = |from: &Mesh, to: &Target| Coloured::new(to.distances(&from.positions), args.signed, &scale);

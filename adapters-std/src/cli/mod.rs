@@ -1,5 +1,6 @@
 //! The command line `habitus VERB [OBJECT] INPUT... -o OUTPUT`: one file per verb, no algorithm in it.
 
+mod clean;
 mod console;
 mod convert;
 mod demo;
@@ -58,6 +59,8 @@ enum Verb {
     /// Learn a model
     #[command(subcommand)]
     Train(Train),
+    /// Make a mesh or cloud sound and say what was wrong with it
+    Clean(clean::CleanArgs),
     /// Turn weights into vertices
     Generate(generate::GenerateArgs),
     /// Measure quality
@@ -130,6 +133,7 @@ fn done(verb: &Verb, console: &Console) -> Result<(), crate::Error> {
         Verb::Convert(args) => convert::run(args, console),
         Verb::Synth(Synth::Faces(args)) => synth_faces::run(args, console),
         Verb::Train(Train::Face(args)) => train_face::run(args, console),
+        Verb::Clean(args) => clean::run(args, console),
         Verb::Generate(args) => generate::run(args, console),
         Verb::Measure(Measure::Distance(args)) => measure_distance::run(args, console),
         Verb::Measure(Measure::Model(args)) => measure_model::run(args, console),

@@ -3,8 +3,11 @@
 /// A sequence of colours in which equal steps of the number look equally large.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum ColourMap {
-    /// Dark violet over green to yellow: amounts.
+    /// Cream over orange and purple to dark violet, magma from its pale end: amounts on surfaces, whose form stays visible
+    /// where little is to be shown.
     #[default]
+    PaleMagma,
+    /// Dark violet over green to yellow: amounts.
     Viridis,
     /// Black over red to pale yellow: amounts.
     Inferno,
@@ -17,6 +20,8 @@ impl ColourMap {
     pub fn colour(self, t: f64) -> [u8; 3] {
         let t = if t.is_nan() { 0.0 } else { t.clamp(0.0, 1.0) };
         let colour = match self {
+            // The darkest fifth would hide the shading.
+            ColourMap::PaleMagma => colorous::MAGMA.eval_continuous(1.0 - 0.8 * t),
             ColourMap::Viridis => colorous::VIRIDIS.eval_continuous(t),
             ColourMap::Inferno => colorous::INFERNO.eval_continuous(t),
             ColourMap::BlueRed => colorous::RED_BLUE.eval_continuous(1.0 - t),
@@ -43,16 +48,16 @@ pub struct ColourScale {
 }
 
 impl ColourScale {
-    /// Amounts from `low` to `high` in viridis; red above, dark blue below, grey where there is none.
+    /// Amounts from `low` to `high` in pale magma; blue above, green below, grey where there is none.
     pub fn sequential(low: f64, high: f64) -> Self {
-        let (below, above) = ([20, 20, 60], [214, 30, 48]);
-        ColourScale { map: ColourMap::Viridis, low, high, below, above, missing: [150, 150, 150] }
+        let (below, above) = ([60, 160, 90], [0, 130, 220]);
+        ColourScale { map: ColourMap::PaleMagma, low, high, below, above, missing: [150, 150, 150] }
     }
 
-    /// Signed amounts from `-limit` in blue to `limit` in red; violet above, green below, dark grey where there is none.
+    /// Signed amounts from `-limit` in blue to `limit` in red; violet above, green below, khaki where there is none.
     pub fn signed(limit: f64) -> Self {
         let (below, above) = ([0, 140, 110], [160, 0, 150]);
-        ColourScale { map: ColourMap::BlueRed, low: -limit, high: limit, below, above, missing: [110, 110, 110] }
+        ColourScale { map: ColourMap::BlueRed, low: -limit, high: limit, below, above, missing: [200, 184, 100] }
     }
 
     /// The sRGB colour of a number.
@@ -104,8 +109,10 @@ mod tests {
             assert_eq!(scale.colour(-2.1), scale.below);
             assert_eq!(scale.colour(f64::NAN), scale.missing);
         }
-        assert_eq!(ColourScale::sequential(1.0, 1.0).colour(1.0), ColourMap::Viridis.colour(0.0));
-        assert_eq!(ColourScale::sequential(-f64::MAX, f64::MAX).colour(0.0), ColourMap::Viridis.colour(0.5));
+        let point = ColourScale::sequential(1.0, 1.0);
+        assert_eq!(point.colour(1.0), point.map.colour(0.0));
+        let all = ColourScale::sequential(-f64::MAX, f64::MAX);
+        assert_eq!(all.colour(0.0), all.map.colour(0.5));
     }
 
     #[test]
@@ -117,12 +124,14 @@ mod tests {
     }
 
     #[test]
-    fn sequential_maps_grow_lighter_all_the_way() {
+    fn sequential_maps_grow_lighter_or_darker_all_the_way() {
         let lightness = |[r, g, b]: [u8; 3]| 0.2126 * f64::from(r) + 0.7152 * f64::from(g) + 0.0722 * f64::from(b);
         for map in [ColourMap::Viridis, ColourMap::Inferno] {
             let steps: Vec<f64> = (0..=20).map(|k| lightness(map.colour(f64::from(k) / 20.0))).collect();
             assert!(steps.windows(2).all(|pair| pair[1] > pair[0]), "{map:?} {steps:?}");
         }
+        let steps: Vec<f64> = (0..=20).map(|k| lightness(ColourMap::PaleMagma.colour(f64::from(k) / 20.0))).collect();
+        assert!(steps.windows(2).all(|pair| pair[1] < pair[0]), "{steps:?}");
     }
 
     #[test]
