@@ -1,6 +1,10 @@
 //! Triangle meshes and point clouds in memory.
 
 pub mod attribute;
+#[cfg(feature = "models")]
+pub mod field;
+#[cfg(feature = "models")]
+pub mod isosurface;
 mod normals;
 pub mod topology;
 
