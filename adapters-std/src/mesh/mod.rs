@@ -6,6 +6,8 @@ pub mod field;
 #[cfg(feature = "models")]
 pub mod isosurface;
 mod normals;
+#[cfg(feature = "models")]
+pub mod sampling;
 pub mod topology;
 
 pub use attribute::{Attribute, Scalar};
