@@ -1,9 +1,17 @@
 //! Where things are: the nearest point of a cloud, the closest point of a mesh, rays, inside and outside.
 
+mod bvh;
+mod order;
+mod partition;
 pub mod points;
+mod pseudo_normals;
+mod rays;
+#[cfg(test)]
+mod samples;
+mod triangle;
 pub mod triangles;
 pub mod winding;
 
 pub use points::{Neighbour, PointTree};
-pub use triangles::{Closest, Feature, RayHit, TriangleTree};
+pub use triangles::{Closest, Feature, Ray, RayHit, TriangleTree};
 pub use winding::WindingTree;

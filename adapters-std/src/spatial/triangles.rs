@@ -1,8 +1,20 @@
-//! The point of a triangle mesh that is closest to a position, and where rays meet the mesh.
+//! The point of a triangle mesh that is closest to a position, with the side of the surface on which the position is.
+//!
+//! Our own tree rather than that of parry3d: one set of boxes serves points and rays, ties and starting bounds are ours to decide.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::bvh::{Bvh, LARGEST, MOST};
+use super::order::along_curve;
+use super::pseudo_normals::PseudoNormals;
+use super::triangle::on_triangle;
 use crate::Error;
+
+pub use super::rays::{Ray, RayHit};
+
+/// Positions that one thread takes at a time; along them each search starts from the face that the one before has found.
+const CHUNK: usize = 128;
 
 /// The part of a triangle on which a point lies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,141 +40,229 @@ pub struct Closest {
     pub barycentric: [f64; 3],
     /// The part of the face on which it lies.
     pub feature: Feature,
-    /// The unit pseudo-normal of that part: of the face, the mean of the faces at the edge, the angle-weighted mean of those at the
-    /// vertex. The position is outside where its difference from the point has a positive product with it.
+    /// The unit pseudo-normal of that part (Baerentzen, Aanaes 2005): of the face, the mean of the faces at the edge, the
+    /// angle-weighted mean of those at the vertex. The position is outside where its difference from the point has a positive product
+    /// with it. Zero where no face at the part has an area.
     pub normal: [f64; 3],
+    /// Whether the part is an edge of one face only, or a vertex of such an edge: there the surface ends, and the normal does not tell
+    /// the side.
+    pub on_boundary: bool,
 }
 
-/// Where a ray meets a mesh.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RayHit {
-    /// The distance from the origin in multiples of the direction's length.
-    pub t: f64,
-    /// The face.
-    pub face: u32,
-    /// Barycentric coordinates of the point in the face.
-    pub barycentric: [f64; 3],
+impl Closest {
+    /// The distance of `position`, for which this is the closest point: positive on the side to which the normal points, negative on
+    /// the other. Right for a closed mesh whose faces are all oriented outwards.
+    pub fn signed_distance(&self, position: [f64; 3]) -> f64 {
+        let from_point = DVec3::from_array(position) - DVec3::from_array(self.point);
+        if from_point.dot(DVec3::from_array(self.normal)) < 0.0 { -self.distance } else { self.distance }
+    }
 }
 
 /// A search structure over the triangles of a mesh. It holds copies of what it needs of them.
+///
+/// Memory: about 200 bytes a face of a closed mesh ([`TriangleTree::n_bytes`]); a search touches a small part of it.
+/// Time of building: `n log n`, on all threads.
 #[derive(Debug)]
 pub struct TriangleTree {
+    bvh: Bvh,
+    /// The triangles in the order of the tree, and the face of each.
     triangles: Vec<[DVec3; 3]>,
+    faces: Vec<u32>,
+    /// Where the triangle of each face is.
+    slots: Vec<u32>,
+    normals: PseudoNormals,
+}
+
+/// The best triangle so far.
+#[derive(Clone, Copy)]
+struct Best {
+    squared: f64,
+    face: u32,
+    slot: usize,
 }
 
 impl TriangleTree {
     /// The structure over these triangles.
     ///
     /// # Errors
-    /// [`Error::Input`] without faces, for a vertex that does not exist or is not finite.
+    /// [`Error::Input`] without faces, with more than 2^31 - 1 of them, for a face that names a vertex that does not exist, and for one
+    /// with a coordinate that is not finite or beyond 1e70.
     pub fn new(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Self, Error> {
-        if faces.is_empty() {
-            return Err(Error::input("no triangle to search among: give at least one, or use a tree of points"));
+        let corners = corners(positions, faces)?;
+        let normals = PseudoNormals::of(positions.len(), faces, &corners);
+        let (bvh, order) = Bvh::new(&corners);
+        let triangles = order.iter().map(|&face| corners[face as usize]).collect();
+        let mut slots = vec![0; faces.len()];
+        for (slot, &face) in order.iter().enumerate() {
+            slots[face as usize] = slot as u32;
         }
-        let triangles = faces.iter().map(|face| face.map(|v| DVec3::from_array(positions[v as usize]))).collect();
-        Ok(TriangleTree { triangles })
+        Ok(TriangleTree { bvh, triangles, faces: order, slots, normals })
+    }
+
+    /// The number of triangles.
+    pub fn n_faces(&self) -> usize {
+        self.faces.len()
+    }
+
+    /// The bytes that the structure occupies.
+    pub fn n_bytes(&self) -> usize {
+        let triangles = self.triangles.capacity() * size_of::<[DVec3; 3]>();
+        self.bvh.n_bytes() + triangles + 4 * (self.faces.capacity() + self.slots.capacity()) + self.normals.n_bytes()
     }
 
     /// The closest point.
+    ///
+    /// Exact: the smallest of the distances from all triangles as computed in 64 bits, of equal ones that of the smallest face index.
+    /// From a position that is not finite, or beyond 1e70, every face is at a distance of NaN.
     pub fn closest(&self, position: [f64; 3]) -> Closest {
-        let p = DVec3::from_array(position);
-        let mut best: Option<Closest> = None;
-        for (face, &[a, b, c]) in self.triangles.iter().enumerate() {
-            let (barycentric, feature) = on_triangle(p, a, b, c);
-            let point = a * barycentric[0] + b * barycentric[1] + c * barycentric[2];
-            let distance = (p - point).length();
-            if best.is_none_or(|best| distance < best.distance) {
-                let normal = (b - a).cross(c - a).normalize_or_zero().to_array();
-                best = Some(Closest {
-                    point: point.to_array(),
-                    distance,
-                    face: face as u32,
-                    barycentric,
-                    feature,
-                    normal,
-                });
-            }
-        }
-        best.expect("there is a face")
+        self.found(DVec3::from_array(position), None)
     }
 
     /// The closest point if it is at most `radius` away.
     pub fn closest_within(&self, position: [f64; 3], radius: f64) -> Option<Closest> {
-        Some(self.closest(position)).filter(|closest| closest.distance <= radius)
-    }
-
-    /// The closest point, found faster when it is on a face near `hint`. The result does not depend on the hint.
-    pub fn closest_from(&self, position: [f64; 3], hint: u32) -> Closest {
-        let _ = hint;
-        self.closest(position)
-    }
-
-    /// [`Self::closest`] of each position, over all threads.
-    pub fn closest_all(&self, positions: &[[f64; 3]]) -> Vec<Closest> {
-        use rayon::prelude::*;
-        positions.par_iter().map(|&position| self.closest(position)).collect()
-    }
-
-    /// All places where the ray meets the mesh at `t >= 0`, nearest first.
-    pub fn hits(&self, origin: [f64; 3], direction: [f64; 3]) -> Vec<RayHit> {
-        let (o, d) = (DVec3::from_array(origin), DVec3::from_array(direction));
-        let mut hits: Vec<RayHit> = Vec::new();
-        for (face, &[a, b, c]) in self.triangles.iter().enumerate() {
-            let (e, f) = (b - a, c - a);
-            let normal = d.cross(f);
-            let determinant = e.dot(normal);
-            if determinant == 0.0 {
-                continue;
-            }
-            let s = o - a;
-            let (u, q) = (s.dot(normal) / determinant, s.cross(e));
-            let (v, t) = (d.dot(q) / determinant, f.dot(q) / determinant);
-            if u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 {
-                hits.push(RayHit { t, face: face as u32, barycentric: [1.0 - u - v, u, v] });
-            }
+        let p = searchable(position)?;
+        if !(radius >= 0.0) {
+            return None;
         }
-        hits.sort_by(|a, b| a.t.total_cmp(&b.t).then(a.face.cmp(&b.face)));
-        hits
+        // A little farther than asked for, since the square is rounded; the distance itself decides.
+        let none =
+            Best { squared: radius * radius * (1.0 + 1e-15) + f64::MIN_POSITIVE, face: u32::MAX, slot: usize::MAX };
+        let best = self.search(p, none);
+        let found = (best.slot != usize::MAX).then(|| self.described(p, best));
+        found.filter(|closest| closest.distance <= radius)
     }
 
-    /// The first place where the ray meets the mesh at `0 <= t <= longest`.
-    pub fn first_hit(&self, origin: [f64; 3], direction: [f64; 3], longest: f64) -> Option<RayHit> {
-        self.hits(origin, direction).first().copied().filter(|hit| hit.t <= longest)
+    /// The closest point, found faster when it is on a face near `hint`. The result does not depend on the hint; one that is no face
+    /// is no hint.
+    pub fn closest_from(&self, position: [f64; 3], hint: u32) -> Closest {
+        self.found(DVec3::from_array(position), self.slots.get(hint as usize).copied())
+    }
+
+    /// The distance of the closest point, negative where its normal points away from the position ([`Closest::signed_distance`]).
+    pub fn signed_distance(&self, position: [f64; 3]) -> f64 {
+        self.closest(position).signed_distance(position)
+    }
+
+    /// [`Self::closest`] of each position, over all threads, faster than one by one: positions are taken in an order in which the
+    /// result of one is a good hint for the next.
+    pub fn closest_all(&self, positions: &[[f64; 3]]) -> Vec<Closest> {
+        let order = along_curve(positions);
+        let found: Vec<Vec<Closest>> = order
+            .par_chunks(CHUNK)
+            .map(|chunk| {
+                let mut hint = None;
+                let closest = chunk.iter().map(|&index| {
+                    let closest = self.found(DVec3::from_array(positions[index as usize]), hint);
+                    hint = Some(self.slots[closest.face as usize]);
+                    closest
+                });
+                closest.collect()
+            })
+            .collect();
+        let mut placed = vec![0_u32; order.len()];
+        for (at, &index) in order.iter().enumerate() {
+            placed[index as usize] = at as u32;
+        }
+        placed.iter().map(|&at| found[at as usize / CHUNK][at as usize % CHUNK]).collect()
+    }
+
+    /// [`Self::closest_from`] of each position and its hint, over all threads; a position without a hint is searched without one.
+    pub fn closest_all_from(&self, positions: &[[f64; 3]], hints: &[u32]) -> Vec<Closest> {
+        let hint = |index: usize| self.slots.get(*hints.get(index)? as usize).copied();
+        let indexed = positions.par_iter().enumerate().with_min_len(CHUNK);
+        indexed.map(|(index, &position)| self.found(DVec3::from_array(position), hint(index))).collect()
+    }
+
+    pub(super) fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
+    /// The triangle at a place in the tree, and its face.
+    pub(super) fn triangle(&self, slot: usize) -> (&[DVec3; 3], u32) {
+        (&self.triangles[slot], self.faces[slot])
+    }
+
+    fn found(&self, p: DVec3, hint: Option<u32>) -> Closest {
+        if searchable(p.to_array()).is_none() {
+            let nowhere = Best { squared: f64::NAN, face: 0, slot: self.slots[0] as usize };
+            return Closest { distance: f64::NAN, ..self.described(self.triangles[nowhere.slot][0], nowhere) };
+        }
+        let start = match hint {
+            Some(slot) => {
+                let slot = slot as usize;
+                Best { squared: on_triangle(p, &self.triangles[slot]).squared, face: self.faces[slot], slot }
+            }
+            None => Best { squared: f64::INFINITY, face: u32::MAX, slot: self.slots[0] as usize },
+        };
+        self.described(p, self.search(p, start))
+    }
+
+    /// The best triangle; `best` where none is better.
+    #[inline]
+    fn search(&self, p: DVec3, mut best: Best) -> Best {
+        self.bvh.nearest(p, best.squared, |slot| {
+            let squared = on_triangle(p, &self.triangles[slot]).squared;
+            if squared < best.squared || (squared == best.squared && self.faces[slot] < best.face) {
+                best = Best { squared, face: self.faces[slot], slot };
+            }
+            best.squared
+        });
+        best
+    }
+
+    fn described(&self, p: DVec3, best: Best) -> Closest {
+        let triangle = &self.triangles[best.slot];
+        let on = on_triangle(p, triangle);
+        let face = self.faces[best.slot];
+        let (normal, on_boundary) = self.normals.at(face as usize, on.feature, triangle);
+        Closest {
+            point: on.point.to_array(),
+            distance: on.squared.sqrt(),
+            face,
+            barycentric: on.barycentric,
+            feature: on.feature,
+            normal,
+            on_boundary,
+        }
     }
 }
 
-/// Barycentric coordinates of the closest point of a triangle, and its part.
-fn on_triangle(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> ([f64; 3], Feature) {
-    let (ab, ac, ap) = (b - a, c - a, p - a);
-    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
-    if d1 <= 0.0 && d2 <= 0.0 {
-        return ([1.0, 0.0, 0.0], Feature::Vertex(0));
-    }
-    let bp = p - b;
-    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
-    if d3 >= 0.0 && d4 <= d3 {
-        return ([0.0, 1.0, 0.0], Feature::Vertex(1));
-    }
-    let vc = d1 * d4 - d3 * d2;
-    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
-        let t = d1 / (d1 - d3);
-        return ([1.0 - t, t, 0.0], Feature::Edge(0));
-    }
-    let cp = p - c;
-    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
-    if d6 >= 0.0 && d5 <= d6 {
-        return ([0.0, 0.0, 1.0], Feature::Vertex(2));
-    }
-    let vb = d5 * d2 - d1 * d6;
-    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
-        let t = d2 / (d2 - d6);
-        return ([1.0 - t, 0.0, t], Feature::Edge(2));
-    }
-    let va = d3 * d6 - d5 * d4;
-    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
-        let t = (d4 - d3) / ((d4 - d3) + (d5 - d6));
-        return ([0.0, 1.0 - t, t], Feature::Edge(1));
-    }
-    let sum = va + vb + vc;
-    ([va / sum, vb / sum, vc / sum], Feature::Face)
+/// The position if distances from it are finite.
+fn searchable(position: [f64; 3]) -> Option<DVec3> {
+    position.iter().all(|x| x.abs() <= LARGEST).then(|| DVec3::from_array(position))
 }
+
+/// The corners of the faces.
+pub(super) fn corners(positions: &[[f64; 3]], faces: &[[u32; 3]]) -> Result<Vec<[DVec3; 3]>, Error> {
+    if faces.is_empty() {
+        return Err(Error::input("no triangle to search among: give at least one, or use a tree of points"));
+    }
+    if faces.len() > MOST {
+        return Err(Error::input(format!(
+            "{} triangles: at most {MOST} can be searched, divide the mesh",
+            faces.len()
+        )));
+    }
+    let n_vertices = positions.len();
+    let corner = |face: usize, vertex: u32| {
+        match positions.get(vertex as usize) {
+        Some(&position) => searchable(position).ok_or_else(|| {
+            Error::input(format!(
+                "vertex {vertex} of face {face} is at {position:?}: coordinates must be finite and at most {LARGEST:e}; remove the vertex"
+            ))
+        }),
+        None => Err(Error::input(format!(
+            "face {face} names vertex {vertex}, but there are {n_vertices}: indices count from 0"
+        ))),
+    }
+    };
+    faces
+        .iter()
+        .enumerate()
+        .map(|(face, &[a, b, c])| Ok([corner(face, a)?, corner(face, b)?, corner(face, c)?]))
+        .collect()
+}
+
+#[cfg(test)]
+#[path = "triangles_tests.rs"]
+mod tests;
