@@ -2,6 +2,8 @@
 
 pub mod attribute;
 #[cfg(feature = "models")]
+pub mod decimation;
+#[cfg(feature = "models")]
 pub mod field;
 #[cfg(feature = "models")]
 pub mod isosurface;

@@ -29,6 +29,8 @@ const ROUNDS: [(Effort, usize); 3] = [
     (FINE, 4),
 ];
 const FINE: Effort = Effort { n_points: 300, max_steps: 40, settled: 3e-4 };
+/// What two rotations get that are not told apart by then.
+const FINEST: Effort = Effort { n_points: 400, max_steps: 150, settled: 1e-6 };
 /// The mirror image must fit this much better than the scan for the scan to count as mirrored, and the scan this much better
 /// than its mirror image to count as not: no person is quite symmetric.
 const MIRROR_SEPARATION: f64 = 0.8;
@@ -185,7 +187,8 @@ impl FrameTemplate {
         };
         let points = Points::new(scan, unit.millimetres(), FINE.n_points, 2)?;
         let mirrored = points.mirrored()?;
-        let (mut candidates, reflected) = (self.candidates(&points, false), self.candidates(&mirrored, true));
+        let mut candidates = self.candidates(&points, false, options.separation);
+        let reflected = self.candidates(&mirrored, true, options.separation);
         recovery.normals_agree =
             candidates.first().and_then(|best| normals_agree(&points, &self.points, &best.motion, FINE.n_points));
         recovery.outcome = self.judged(unit, &candidates, &reflected, recovery.normals_agree, options);
@@ -196,22 +199,39 @@ impl FrameTemplate {
     }
 
     /// The best rotations, the smallest residual first, each between other axes.
-    fn candidates(&self, scan: &Points, mirrored: bool) -> Vec<FrameCandidate> {
-        let candidate = |fit: Fit| {
-            let (turn, off_axes) = AxisTurn::nearest(&fit.motion.rotation);
-            let Fit { motion, of_scan, of_template } = fit;
-            FrameCandidate { turn, mirrored, motion, off_axes, of_scan, of_template }
-        };
+    fn candidates(&self, scan: &Points, mirrored: bool, separation: f64) -> Vec<FrameCandidate> {
         let mut motions: Vec<Similarity<f64>> =
             AxisTurn::all().iter().map(|turn| start(scan, &self.points, turn.matrix())).collect();
         let mut best = Vec::new();
         for (effort, n_kept) in ROUNDS {
-            let fits = motions.into_par_iter().map(|from| candidate(fit(scan, &self.points, from, effort)));
-            best = best_of_each_turn(fits.collect());
+            best = self.improved(scan, &motions, mirrored, effort);
             best.truncate(n_kept);
             motions = best.iter().map(|candidate| candidate.motion).collect();
         }
+        if let [first, second, rest @ ..] = &best[..]
+            && !(first.residual() <= separation * second.residual())
+        {
+            let mut polished = self.improved(scan, &motions[..2], mirrored, FINEST);
+            polished.extend_from_slice(rest);
+            best = best_of_each_turn(polished);
+        }
         best
+    }
+
+    /// What the motions become, the smallest residual first, each between other axes.
+    fn improved(
+        &self,
+        scan: &Points,
+        motions: &[Similarity<f64>],
+        mirrored: bool,
+        effort: Effort,
+    ) -> Vec<FrameCandidate> {
+        let candidate = |from: &Similarity<f64>| {
+            let Fit { motion, of_scan, of_template } = fit(scan, &self.points, *from, effort);
+            let (turn, off_axes) = AxisTurn::nearest(&motion.rotation);
+            FrameCandidate { turn, mirrored, motion, off_axes, of_scan, of_template }
+        };
+        best_of_each_turn(motions.par_iter().map(candidate).collect())
     }
 
     fn judged(
