@@ -20,7 +20,7 @@ use values::Values;
 
 /// Weight of the planes that hold the boundary, in that of a face as large as the squared edge.
 const BOUNDARY_WEIGHT: f64 = 10.0;
-/// Weight of the squared length of an edge beside the error, in that of the planes: flat regions lose short edges first.
+/// Weight of the squared length of an edge beside the squared error: flat regions lose short edges first.
 const LENGTH_WEIGHT: f64 = 1e-6;
 /// Times that edges which were refused are tried again, after their surroundings have changed.
 const MAX_ROUNDS: usize = 8;
@@ -99,9 +99,9 @@ impl Decimated {
 
 /// The mesh with fewer faces, its shape kept as well as may be.
 ///
-/// Again and again the edge with the smallest error is collapsed into one vertex at the place of smallest error. The error is
-/// the sum of squared distances from the planes of all faces that the vertex stands for, weighted by their areas; planes
-/// through boundary edges, upright on their faces, hold the boundary. A collapse is refused when it would change the topology
+/// Again and again the edge with the smallest error is collapsed into one vertex at the place of smallest error. The squared
+/// error is the mean, weighted by areas, of squared distances from the planes of all faces that the vertex stands for; planes
+/// through boundary edges, upright on their faces, hold the boundary, whose vertices stay where an inner one joins them. A collapse is refused when it would change the topology
 /// (the link condition, `dey1999`), turn a face by more than 78 degrees or make a sliver worse. So a closed manifold stays one,
 /// of the same genus, and boundary loops stay, each of at least three edges. Parts that are no manifold are left as they are.
 ///
@@ -109,7 +109,9 @@ impl Decimated {
 /// attributes of a new vertex are those at the nearest place of the edge; attributes stored in integers take those of the
 /// nearer end. Vertices without a face stay. Vertices and faces keep their order.
 ///
-/// Source: `garland1997`; area weights and the small weight of the edge's length are ours.
+/// Source: `garland1997`, but with the mean instead of the sum of squared distances, which keeps fingers and faces better: on a
+/// body of 26 756 faces reduced to 5000 its vertices are then 0.38 mm on average, at most 2.0 mm, from the new surface, against
+/// 0.51 and 3.4 mm (`tests/tests/shapes.rs`).
 ///
 /// Cost: `O(n log n)`, one thread. Determinism: of equal errors the edge with the smallest vertices goes first.
 ///
@@ -206,10 +208,15 @@ impl Work {
     fn entry(&self, u: u32, v: u32) -> Entry {
         let quadric = self.quadrics[u as usize].plus(&self.quadrics[v as usize]);
         let [a, b] = [u, v].map(|vertex| self.surface.positions[vertex as usize]);
-        let place = quadric.best(a.midpoint(b));
+        // A vertex of the boundary is not drawn along it by one beside it.
+        let place = match [u, v].map(|vertex| self.surface.is_boundary[vertex as usize]) {
+            [true, false] => a,
+            [false, true] => b,
+            _ => quadric.best(a.midpoint(b)),
+        };
         let sum = quadric.at(place);
         let error = if quadric.weight > 0.0 { (sum / quadric.weight).sqrt() } else { 0.0 };
-        let cost = sum + LENGTH_WEIGHT * quadric.weight * a.distance_squared(b);
+        let cost = error * error + LENGTH_WEIGHT * a.distance_squared(b);
         Entry { cost, edge: [u, v], stamps: [self.stamps[u as usize], self.stamps[v as usize]], place, error }
     }
 

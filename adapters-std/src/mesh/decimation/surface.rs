@@ -14,6 +14,7 @@ pub(super) struct Surface {
     pub n_faces: usize,
     /// The living faces at each vertex.
     pub faces_of: Vec<Vec<u32>>,
+    pub is_boundary: Vec<bool>,
     /// Vertices where the surface is no manifold; they stay.
     pub is_fixed: Vec<bool>,
 }
@@ -33,9 +34,14 @@ impl Surface {
             face.iter().for_each(|&vertex| faces_of[vertex as usize].push(number as u32));
         }
         let n_faces = is_face.iter().filter(|is| **is).count();
-        let is_fixed = vec![false; positions.len()];
-        let mut surface = Surface { positions, faces: faces.to_vec(), is_face, n_faces, faces_of, is_fixed };
-        surface.is_fixed = (0..surface.positions.len() as u32).map(|vertex| !surface.is_manifold_at(vertex)).collect();
+        let (n, none) = (positions.len() as u32, vec![false; positions.len()]);
+        let (is_boundary, is_fixed) = (none.clone(), none);
+        let mut surface =
+            Surface { positions, faces: faces.to_vec(), is_face, n_faces, faces_of, is_boundary, is_fixed };
+        surface.is_fixed = (0..n).map(|vertex| !surface.is_manifold_at(vertex)).collect();
+        // A ring of faces has as many neighbours as faces, a fan one more.
+        let is_boundary = |vertex| surface.neighbours(vertex).len() > surface.faces_of[vertex as usize].len();
+        surface.is_boundary = (0..n).map(is_boundary).collect();
         surface
     }
 
@@ -82,14 +88,14 @@ impl Surface {
         if of_u.iter().filter(|w| of_v.binary_search(w).is_ok()).count() != wings.n {
             return false;
         }
-        let is_boundary = |vertex: u32, neighbours: &[u32]| neighbours.len() > self.faces_of[vertex as usize].len();
         let [a, b] = wings.vertices;
         match wings.n {
             // A lone triangle would vanish.
             1 => self.n_faces_at(u, a) > 1 || self.n_faces_at(v, a) > 1,
             // An inner edge between two places of the boundary, or an edge of a tetrahedron.
             _ => {
-                !(is_boundary(u, &of_u) && is_boundary(v, &of_v)) && !(self.has_face(u, a, b) && self.has_face(v, a, b))
+                !(self.is_boundary[u as usize] && self.is_boundary[v as usize])
+                    && !(self.has_face(u, a, b) && self.has_face(v, a, b))
             }
         }
     }
@@ -139,6 +145,7 @@ impl Surface {
     /// Moves `u` to the place and gives it all that belonged to `v`; `v` and the faces at the edge are gone.
     pub fn collapse(&mut self, u: u32, v: u32, place: DVec3) {
         self.positions[u as usize] = place;
+        self.is_boundary[u as usize] |= self.is_boundary[v as usize];
         let of_v = std::mem::take(&mut self.faces_of[v as usize]);
         for face in of_v {
             let corners = self.faces[face as usize];

@@ -99,7 +99,9 @@ fn what_belongs_to_vertices_is_carried() {
     assert!(result.faces.len() <= 40 && result.normals.iter().all(|n| *n == [0.0, 0.0, 1.0]));
     for (vertex, p) in result.positions.iter().enumerate() {
         // New places are near the edges, whose values vary linearly.
-        if (result.attributes[0].values[vertex] - p[0]).abs() > 0.01 { println!("XX {vertex} {p:?} {}", result.attributes[0].values[vertex]); }
+        if (result.attributes[0].values[vertex] - p[0]).abs() > 0.01 {
+            println!("XX {vertex} {p:?} {}", result.attributes[0].values[vertex]);
+        }
         assert!((f64::from(result.colours[vertex][0]) - 20.0 * p[0]).abs() < 1.0);
         assert!([0.0, 1.0].contains(&result.attributes[1].values[vertex]));
         assert_eq!(result.colours[vertex][1..], [7, 255]);
