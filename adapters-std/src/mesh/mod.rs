@@ -4,7 +4,14 @@ mod area;
 pub mod attribute;
 #[cfg(feature = "models")]
 pub mod clean;
+pub mod decimation;
+#[cfg(feature = "models")]
+pub mod field;
+#[cfg(feature = "models")]
+pub mod isosurface;
 mod normals;
+#[cfg(feature = "models")]
+pub mod sampling;
 pub mod topology;
 
 pub use area::EdgeLengths;

@@ -1,6 +1,7 @@
 //! Where things are: the nearest point of a cloud, the closest point of a mesh, rays, inside and outside.
 
 mod bvh;
+pub mod frame_recovery;
 mod order;
 mod partition;
 pub mod points;
