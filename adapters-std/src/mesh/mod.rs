@@ -1,10 +1,16 @@
 //! Triangle meshes and point clouds in memory.
 
+mod area;
 pub mod attribute;
+#[cfg(feature = "models")]
+pub mod clean;
 mod normals;
 pub mod topology;
 
+pub use area::EdgeLengths;
 pub use attribute::{Attribute, Scalar};
+#[cfg(feature = "models")]
+pub use clean::{CleanOptions, CleanReport, Cleaned, Keep, clean};
 pub(crate) use normals::unit;
 pub use topology::Topology;
 

@@ -1,5 +1,7 @@
 //! Normals of the vertices of a triangle mesh.
 
+use glam::DVec3;
+
 use super::Mesh;
 
 impl Mesh {
@@ -22,6 +24,29 @@ impl Mesh {
             *normal = unit(*normal);
         }
         normals
+    }
+
+    /// One unit normal per vertex: the sum of the unit normals of its triangles weighted by their angles there, made a unit
+    /// vector. It does not depend on how the surface is divided into triangles, and its sign tells inside from outside at
+    /// the vertices of a closed mesh (Baerentzen and Aanaes 2005).
+    ///
+    /// Otherwise as [`Self::vertex_normals`].
+    pub fn vertex_normals_by_angle(&self) -> Vec<[f64; 3]> {
+        let mut normals = vec![DVec3::ZERO; self.positions.len()];
+        for &face in &self.faces {
+            let corner = |k: usize| self.positions.get(face[k % 3] as usize).copied().map(DVec3::from_array);
+            let (Some(a), Some(b), Some(c)) = (corner(0), corner(1), corner(2)) else { continue };
+            let normal = DVec3::from_array(unit((b - a).cross(c - a).to_array()));
+            for (vertex, [at, next, last]) in face.into_iter().zip([[a, b, c], [b, c, a], [c, a, b]]) {
+                let (one, other) = (next - at, last - at);
+                // atan2 is exact also where the angle is near 0 or pi.
+                let angle = one.cross(other).length().atan2(one.dot(other));
+                if angle.is_finite() {
+                    normals[vertex as usize] += normal * angle;
+                }
+            }
+        }
+        normals.into_iter().map(|normal| unit(normal.to_array())).collect()
     }
 }
 
@@ -65,6 +90,17 @@ mod tests {
         let mesh = Mesh { positions, faces: vec![[0, 1, 2], [0, 1, 3]], ..Mesh::default() };
         let normal = mesh.vertex_normals()[0];
         assert!((normal[2] / normal[1] - 2.0).abs() < 1e-15, "{normal:?}");
+    }
+
+    #[test]
+    fn angles_do_not_count_the_triangles_of_a_side() {
+        // The corner of a cube; one of its three sides is two triangles, another is large.
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 5.0], [1.0, 1.0, 0.0]];
+        let faces = vec![[0, 4, 1], [0, 2, 4], [0, 3, 2], [0, 1, 3]];
+        let mesh = Mesh { positions, faces, ..Mesh::default() };
+        let expected = -1.0 / 3.0_f64.sqrt();
+        assert!(mesh.vertex_normals_by_angle()[0].iter().all(|x| (x - expected).abs() < 1e-15));
+        assert!(mesh.vertex_normals()[0].iter().any(|x| (x - expected).abs() > 0.1));
     }
 
     #[test]
