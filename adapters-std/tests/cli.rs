@@ -267,7 +267,8 @@ fn wrong_use_of_a_model_is_refused() {
     assert!(refused(&["generate", &model, "--identity", "1,2,3,4,5", "-o", "x.ply"]).contains("this model has 4"));
     assert!(refused(&["generate", &model, "--identity", "nan", "-o", "x.ply"]).contains("not a finite number"));
     assert!(refused(&["generate", &model, "-o", "x.docx"]).contains("x.docx"));
-    assert!(refused(&["info", &work.path("faces/template.ply")]).contains("not a .hab model file"));
+    assert!(refused(&["info", &work.path("faces/faces.png")]).contains("not a .hab model file"));
+    assert!(refused(&["validate", &work.path("faces/template.ply")]).contains("not a .hab model file"));
     let mut bytes = std::fs::read(&model).unwrap();
     bytes.truncate(5000);
     std::fs::write(work.path("short.hab"), &bytes).unwrap();
@@ -350,6 +351,66 @@ fn an_archive_trains_like_its_tensor() {
             .clone()
     };
     assert_eq!(figures(&work.path("faces.npz"), "z.hab"), figures(&work.path("faces/tensor.npy"), "y.hab"));
+}
+
+/// A square and a loose vertex, with everything that some format cannot hold.
+const SQUARE: &str = "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\nproperty double z\n\
+    property uchar red\nproperty uchar green\nproperty uchar blue\nproperty uchar label\nelement face 1\n\
+    property list uchar int vertex_indices\nproperty int flags\nend_header\n\
+    0 0 0.1 1 2 3 7\n1 0 0.1 1 2 3 8\n1 1 0.1 1 2 3 9\n0 1 0.1 1 2 3 9\n5 5 0.1 0 0 0 0\n4 0 1 2 3 5\n";
+
+#[test]
+fn convert_says_what_is_lost() {
+    let work = work();
+    let input = work.path("square.ply");
+    std::fs::write(&input, SQUARE).unwrap();
+    let convert = |from: &str, to: &str| json(&["convert", from, "-o", to]);
+    for (name, n_warnings) in [("square_copy.ply", 2), ("square.obj", 3), ("square.off", 3), ("square.npy", 5)] {
+        let output = work.path(name);
+        let converted = convert(&input, &output);
+        assert_eq!((&converted["vertices"], &converted["faces"]), (&5.into(), &2.into()));
+        let warnings = converted["warnings"].as_array().unwrap();
+        assert_eq!(warnings.len(), n_warnings, "{warnings:?}");
+        assert!(
+            warnings[0]
+                .as_str()
+                .unwrap()
+                .ends_with("not kept: 1 polygon with more than 3 corners (divided into triangles)")
+        );
+        let mesh = habitus::io::mesh::read(&output).unwrap();
+        assert_eq!((mesh.positions.len(), mesh.positions[4]), (5, [5.0, 5.0, 0.1]));
+    }
+    for (encoding, word) in [("binary", "binary_little"), ("big-endian", "binary_big"), ("text", "ascii")] {
+        let output = work.path("encoded.ply");
+        json(&["convert", &input, "--encoding", encoding, "-o", &output]);
+        assert!(String::from_utf8_lossy(&std::fs::read(&output).unwrap()).contains(&format!("format {word}")));
+    }
+    assert!(refused(&["convert", &input, "--encoding", "text", "-o", "x.obj"]).contains("leave out --encoding"));
+    assert!(refused(&["convert", &input, "-o", "x.docx"]).contains("known extensions: obj, ply"));
+    let broken = work.path("broken.obj");
+    std::fs::write(&broken, "v 0 0 nan\n").unwrap();
+    assert!(refused(&["convert", &broken, "-o", "x.ply"]).contains("line 1: the vertex has \"nan\""));
+}
+
+#[test]
+fn info_describes_meshes() {
+    let work = work();
+    let input = work.path("info.ply");
+    std::fs::write(&input, SQUARE).unwrap();
+    let info = json(&["info", &input]);
+    assert_eq!((&info["kind"], &info["edges"], &info["boundary_edges"]), (&"mesh".into(), &5.into(), &4.into()));
+    assert_eq!((&info["closed"], &info["unreferenced_vertices"]), (&false.into(), &1.into()));
+    assert_eq!(info["box_diagonal"].as_f64(), Some(50f64.sqrt()));
+    assert_eq!(info["attributes"][0]["name"], "label");
+    assert_eq!((&info["attributes"][0]["high"], &info["attributes"][0]["type"]), (&9.0.into(), &"U8".into()));
+    assert_eq!(info["not_kept"].as_array().unwrap().len(), 2);
+    let text = String::from_utf8(habitus(&["info", &input]).stdout).unwrap();
+    assert!(text.contains("5 vertices, 2 faces, open") && text.contains("\"label\" (U8): 0 to 9"), "{text}");
+    let broken = work.path("nan.obj");
+    std::fs::write(&broken, "v 0 0 nan\nv 1 2 3\nv 1 2 4\nf 1 2 3\nf 2 2 3\n").unwrap();
+    let info = json(&["info", &broken]);
+    assert_eq!((&info["non_finite_vertices"], &info["degenerate_faces"]), (&1.into(), &2.into()));
+    assert_eq!(info["box_low"], serde_json::json!([1.0, 2.0, 3.0]));
 }
 
 #[test]

@@ -10,6 +10,16 @@ pub fn assert_same(what: &str, found: &[f32], expected: &[f32]) {
     }
 }
 
+/// As [`assert_same`], for the attributes of meshes.
+#[track_caller]
+pub fn assert_same_numbers(what: &str, found: &[f64], expected: &[f64]) {
+    assert_eq!(found.len(), expected.len(), "{what}: length");
+    let differs = |(a, b): (&f64, &f64)| a.to_bits() != b.to_bits() && !(a.is_nan() && b.is_nan());
+    if let Some(index) = found.iter().zip(expected).position(differs) {
+        panic!("{what}: number {index} is {:e}, expected {:e}", found[index], expected[index]);
+    }
+}
+
 /// As [`assert_same`], for the positions and normals of meshes.
 #[track_caller]
 pub fn assert_same_vectors(what: &str, found: &[[f64; 3]], expected: &[[f64; 3]]) {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use habitus::io::landmarks::{FACE_LANDMARKS, LandmarkFile};
 use habitus::io::{landmarks, mesh, npy};
-use habitus::mesh::Mesh;
+use habitus::mesh::{Mesh, Scalar};
 use habitus_tests::data::dir_or_skip;
 
 /// Reads a mesh and checks that every format that is read and written gives it back.
@@ -43,12 +43,15 @@ fn real_meshes_have_the_documented_counts() {
 }
 
 #[test]
-fn real_scans_are_read_with_their_labels_passed_over() {
-    let Some(data) = dir_or_skip("real_scans_are_read_with_their_labels_passed_over") else { return };
+fn real_scans_are_read_with_their_labels() {
+    let Some(data) = dir_or_skip("real_scans_are_read_with_their_labels") else { return };
     for (scan, has_faces) in [("00", true), ("02", false)] {
         let mesh = mesh::read(data.join(format!("faces/scans/scan_{scan}.ply"))).expect("a scan");
         assert!((7_000..=25_000).contains(&mesh.positions.len()));
         assert_eq!(!mesh.faces.is_empty(), has_faces);
+        let [label] = &mesh.attributes[..] else { panic!("one attribute") };
+        assert_eq!((&label.name[..], label.scalar), ("label", Scalar::U8));
+        assert!(label.values.iter().all(|&label| label <= 2.0) && label.values.contains(&1.0));
     }
 }
 

@@ -31,7 +31,7 @@ const NO_LEAKS: &str = "detect_leaks=0";
 #[derive(clap::Args)]
 pub struct Options {
     /// Seconds for each target.
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..))]
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u32).range(1..))]
     seconds: u32,
     /// Targets that run at the same time [default: the number of processors].
     #[arg(long)]

@@ -1,4 +1,4 @@
-//! `habitus info`: what a model file holds.
+//! `habitus info`: what a file holds; a model is described here, a mesh in [`super::info_mesh`].
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -7,7 +7,7 @@ use clap::Args;
 use habitus_core::format::{Mode, Model, SectionId};
 use serde_json::{Value, json};
 
-use super::Console;
+use super::{Console, info_mesh};
 use crate::Error;
 use crate::io;
 use crate::io::model::opened;
@@ -15,15 +15,19 @@ use crate::io::model::opened;
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub(super) struct InfoArgs {
-    /// Model file (.hab)
-    model: PathBuf,
+    /// Model file (.hab), or mesh or point cloud, as its extension says
+    #[arg(value_name = "FILE")]
+    file: PathBuf,
 }
 
 pub(super) fn run(args: &InfoArgs, console: &Console) -> Result<(), Error> {
-    let bytes = io::file_bytes(&args.model)?;
-    let model = opened(&bytes, &args.model)?;
+    if io::mesh::is_read(&args.file) {
+        return info_mesh::run(&args.file, console);
+    }
+    let bytes = io::file_bytes(&args.file)?;
+    let model = opened(&bytes, &args.file)?;
     let object = described(&model, bytes.len());
-    let mut text = format!("{}: {} bytes, format version 1\n", args.model.display(), bytes.len());
+    let mut text = format!("{}: {} bytes, format version 1\n", args.file.display(), bytes.len());
     let header = model.header();
     let _ = writeln!(
         text,

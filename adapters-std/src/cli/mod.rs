@@ -1,10 +1,12 @@
 //! The command line `habitus VERB [OBJECT] INPUT... -o OUTPUT`: one file per verb, no algorithm in it.
 
 mod console;
+mod convert;
 mod demo;
 mod export;
 mod generate;
 mod info;
+mod info_mesh;
 mod measure_model;
 mod synth_faces;
 mod train_face;
@@ -41,12 +43,14 @@ struct Common {
 enum Verb {
     /// Make a procedural population, learn from it, fit it, and leave everything in a folder
     Demo(demo::DemoArgs),
-    /// Say what a model file holds
+    /// Say what a model or mesh file holds
     Info(info::InfoArgs),
     /// Say whether a model file is sound
     Validate(validate::ValidateArgs),
     /// Write a model's content for other programs
     Export(export::ExportArgs),
+    /// Write a mesh or point cloud in another format
+    Convert(convert::ConvertArgs),
     /// Make procedural data with known truth
     #[command(subcommand)]
     Synth(Synth),
@@ -120,6 +124,7 @@ fn done(verb: &Verb, console: &Console) -> Result<(), crate::Error> {
         Verb::Info(args) => info::run(args, console),
         Verb::Validate(args) => validate::run(args, console),
         Verb::Export(args) => export::run(args, console),
+        Verb::Convert(args) => convert::run(args, console),
         Verb::Synth(Synth::Faces(args)) => synth_faces::run(args, console),
         Verb::Train(Train::Face(args)) => train_face::run(args, console),
         Verb::Generate(args) => generate::run(args, console),

@@ -10,15 +10,47 @@ pub(crate) fn without_byte_order_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
 }
 
-/// The lines with their numbers, counted from 1, without `\n` or `\r\n`.
+/// The lines with their numbers, counted from 1, without their ends: `\n`, `\r\n`, or the `\r` alone of old Macintoshes.
 pub(crate) fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
-    let lines = bytes.split(|&byte| byte == b'\n').map(|line| line.strip_suffix(b"\r").unwrap_or(line));
+    let mut rest = Some(bytes);
+    let lines = std::iter::from_fn(move || {
+        let bytes = rest?;
+        let Some(length) = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r')) else { return rest.take() };
+        let end = &bytes[length..];
+        rest = end.strip_prefix(b"\r\n").or(end.get(1..));
+        Some(&bytes[..length])
+    });
     lines.enumerate().map(|(index, line)| (index + 1, line))
 }
 
+/// The line without its comment, which begins with `#` unless that is the one of `1.#INF` and its like.
+pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
+    let begins = |at: &usize| line[*at] == b'#' && !line[..*at].ends_with(b"1.");
+    let length = (0..line.len()).find(begins).unwrap_or(line.len());
+    &line[..length]
+}
+
 /// The words of a line, separated by white space.
-pub(crate) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+pub(crate) fn words(line: &[u8]) -> Words<'_> {
+    Words { rest: line }
+}
+
+/// See [`words`].
+#[derive(Debug, Clone)]
+pub(crate) struct Words<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let start = self.rest.iter().position(|byte| !byte.is_ascii_whitespace())?;
+        let word = &self.rest[start..];
+        let length = word.iter().position(u8::is_ascii_whitespace).unwrap_or(word.len());
+        self.rest = &word[length..];
+        Some(&word[..length])
+    }
 }
 
 /// A word as it can be shown in a message: at most 40 characters, unprintable ones replaced.
@@ -36,6 +68,23 @@ pub(crate) fn shown(word: &[u8]) -> String {
 pub(crate) fn real(word: &[u8]) -> Option<f64> {
     let value: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
     value.is_finite().then_some(value)
+}
+
+/// The word as a number that may also be infinite or no number, in the spellings of C and of Microsoft's C: `-nan`,
+/// `nan(ind)`, `1.#QNAN`, `-1.#IND`, `1.#INF`.
+pub(crate) fn any_real(word: &[u8]) -> Option<f64> {
+    let text = std::str::from_utf8(word).ok()?;
+    if let Ok(value) = text.parse() {
+        return Some(value);
+    }
+    let magnitude = text.trim_start_matches(['+', '-']).to_ascii_lowercase();
+    let value = match magnitude.strip_prefix("1.#") {
+        Some(kind) if kind.starts_with("inf") => f64::INFINITY,
+        Some(kind) if ["qnan", "snan", "ind", "nan"].iter().any(|nan| kind.starts_with(nan)) => f64::NAN,
+        None if magnitude.starts_with("nan(") && magnitude.ends_with(')') => f64::NAN,
+        _ => return None,
+    };
+    Some(if word.starts_with(b"-") { -value } else { value })
 }
 
 /// The word as an integer.
@@ -93,8 +142,43 @@ mod tests {
 
     #[test]
     fn lines_are_counted_from_one_and_lose_their_ends() {
-        let lines: Vec<_> = numbered_lines(b"a\r\n\nb").collect();
-        assert_eq!(lines, [(1, &b"a"[..]), (2, b""), (3, b"b")]);
+        for (text, expected) in [
+            (&b"a\r\n\nb"[..], &[&b"a"[..], b"", b"b"][..]),
+            (b"a\rb\r\rc\n", &[b"a", b"b", b"", b"c", b""]),
+            (b"\r\n", &[b"", b""]),
+            (b"", &[b""]),
+        ] {
+            let (numbers, lines): (Vec<_>, Vec<_>) = numbered_lines(text).unzip();
+            assert_eq!(lines, expected);
+            assert!(numbers.into_iter().eq(1..=lines.len()));
+        }
+    }
+
+    #[test]
+    fn comments_begin_with_a_number_sign() {
+        for (line, text) in [("a 1#b", "a 1"), ("# a", ""), ("a 1.#INF # b", "a 1.#INF "), ("a", "a")] {
+            assert_eq!(without_comment(line.as_bytes()), text.as_bytes());
+        }
+    }
+
+    #[test]
+    fn words_stand_between_white_space() {
+        assert!(words(b" \ta  bc\x0Cd ").eq([&b"a"[..], b"bc", b"d"]));
+        assert_eq!(words(b" \t").next(), None);
+    }
+
+    #[test]
+    fn every_spelling_of_what_is_not_finite_is_known() {
+        for word in ["nan", "NaN", "-nan", "nan(ind)", "-NAN(0x7f)", "1.#QNAN", "-1.#IND", "1.#QNAN0"] {
+            assert!(any_real(word.as_bytes()).is_some_and(f64::is_nan), "{word}");
+        }
+        for (word, value) in [("inf", 1.0), ("-Infinity", -1.0), ("1.#INF", 1.0), ("-1.#INF00", -1.0), ("1e999", 1.0)] {
+            assert_eq!(any_real(word.as_bytes()), Some(value * f64::INFINITY), "{word}");
+        }
+        for word in ["nano", "1.#", "1.#x", "nan(", "--", ""] {
+            assert_eq!(any_real(word.as_bytes()), None, "{word}");
+        }
+        assert_eq!(any_real(b"-2.5"), Some(-2.5));
     }
 
     #[test]

@@ -3,15 +3,19 @@
 //! | extension | reads | writes |
 //! |---|---|---|
 //! | `.obj` | yes | yes, text |
-//! | `.ply` | text and binary | yes, binary little endian |
+//! | `.ply` | text and binary | yes, text and binary |
 //! | `.off` | yes | yes, text |
+//! | `.npy` | clouds | yes, without faces |
 //! | `.glb` | no | yes, metres |
 //!
 //! Readers keep the order and the number of the vertices as they are in the file, whatever the faces use: models and
 //! landmarks name vertices by their index. No reader or writer but [`glb`] converts units.
 
+mod coordinates;
 mod file;
 pub mod glb;
+mod losses;
+pub mod npy_cloud;
 pub mod obj;
 pub mod off;
 pub mod ply;
@@ -27,19 +31,37 @@ use crate::io::{atomic, file_bytes};
 use crate::mesh::Mesh;
 use crate::{Error, Place};
 
-/// The mesh or point cloud in the file at `path`.
+/// Reads a file's bytes; the path is for the messages, and for the files that it names.
+type Parse = fn(&[u8], &Path, &ReadOptions) -> Result<MeshFile, Error>;
+/// The bytes of a file, or what in the content it cannot be without.
+type Format = fn(&MeshFile, &WriteOptions) -> Result<Formatted, String>;
+
+/// Every format: its extension, and how it is read and written.
+const FORMATS: &[(&str, Option<Parse>, Option<Format>)] = &[
+    ("obj", Some(obj::parse), Some(obj::format)),
+    ("ply", Some(ply::parse), Some(ply::format)),
+    ("off", Some(off::parse), Some(off::format)),
+    ("npy", Some(npy_cloud::parse), Some(npy_cloud::format)),
+    ("glb", None, Some(glb_format)),
+];
+
+fn glb_format(file: &MeshFile, _: &WriteOptions) -> Result<Formatted, String> {
+    let morphs: Vec<_> = file.morphs.iter().map(|morph| (morph.name.clone(), morph.displacements.clone())).collect();
+    Ok(Formatted { bytes: glb::format(&file.mesh, &morphs)?, left_out: Vec::new() })
+}
+
+/// Whether meshes are read from files of this extension.
+pub fn is_read(path: &Path) -> bool {
+    let extension = extension(path);
+    FORMATS.iter().any(|(known, parse, _)| *known == extension && parse.is_some())
+}
+
+/// The mesh or point cloud in the file at `path`; [`read_file`] says what else is in the file.
 ///
 /// # Errors
 /// [`Error::Read`], [`Error::Malformed`] with the line or byte, or [`Error::Input`] for an extension that is not read.
 pub fn read(path: impl AsRef<Path>) -> Result<Mesh, Error> {
-    let path = path.as_ref();
-    let parse = match extension(path).as_str() {
-        "obj" => obj::parse,
-        "ply" => ply::parse,
-        "off" => off::parse,
-        other => return Err(unknown(path, other, "read", "obj, ply, off")),
-    };
-    parse(&file_bytes(path)?, path)
+    Ok(read_file(path, &ReadOptions::default())?.mesh)
 }
 
 /// All that the file at `path` holds.
@@ -47,35 +69,44 @@ pub fn read(path: impl AsRef<Path>) -> Result<Mesh, Error> {
 /// # Errors
 /// As [`read`].
 pub fn read_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<MeshFile, Error> {
-    let _ = options;
-    Ok(read(path)?.into())
-}
-
-/// Writes the content to `path`, atomically, in the format of its extension; returns what the format cannot hold.
-///
-/// # Errors
-/// As [`write`].
-pub fn write_file(path: impl AsRef<Path>, file: &MeshFile, options: &WriteOptions) -> Result<Vec<String>, Error> {
-    let _ = options;
-    write(path, &file.mesh)?;
-    Ok(Vec::new())
-}
-
-/// Writes the mesh to `path`, atomically, in the format of its extension.
-///
-/// # Errors
-/// [`Error::Write`], or [`Error::Input`] for an extension that is not written or a mesh that fails [`Mesh::check`].
-pub fn write(path: impl AsRef<Path>, mesh: &Mesh) -> Result<(), Error> {
     let path = path.as_ref();
-    let format: fn(&Mesh) -> Vec<u8> = match extension(path).as_str() {
-        "obj" => obj::format,
-        "ply" => ply::format,
-        "off" => off::format,
-        "glb" => return glb::write_with_morphs(path, mesh, &[]),
-        other => return Err(unknown(path, other, "written", "obj, ply, off, glb")),
-    };
-    check(path, mesh)?;
-    atomic::write(path, &format(mesh))
+    let extension = extension(path);
+    let parse = FORMATS.iter().find(|(known, ..)| *known == extension).and_then(|(_, parse, _)| *parse);
+    let parse = parse.ok_or_else(|| {
+        let known = FORMATS.iter().filter(|(_, parse, _)| parse.is_some());
+        unknown(path, &extension, "read", &known.map(|(known, ..)| *known).collect::<Vec<_>>())
+    })?;
+    parse(&file_bytes(path)?, path, options)
+}
+
+/// Writes the content to `path`, atomically, in the format of its extension; returns what the format cannot hold, a
+/// clause each.
+///
+/// # Errors
+/// As [`write()`].
+pub fn write_file(path: impl AsRef<Path>, file: &MeshFile, options: &WriteOptions) -> Result<Vec<String>, Error> {
+    let path = path.as_ref();
+    let extension = extension(path);
+    let format = FORMATS.iter().find(|(known, ..)| *known == extension).and_then(|(.., format)| *format);
+    let format = format.ok_or_else(|| {
+        let known = FORMATS.iter().filter(|(.., format)| format.is_some());
+        unknown(path, &extension, "written", &known.map(|(known, ..)| *known).collect::<Vec<_>>())
+    })?;
+    check(path, &file.mesh)?;
+    let formatted = format(file, options)
+        .map_err(|problem| Error::input(format!("{} is not written: {problem}", path.display())))?;
+    atomic::write(path, &formatted.bytes)?;
+    Ok(formatted.left_out)
+}
+
+/// Writes the mesh to `path`, atomically, in the format of its extension; [`write_file`] says what that cannot hold.
+///
+/// # Errors
+/// [`Error::Write`], or [`Error::Input`] for an extension that is not written, a mesh that fails [`Mesh::check`] or one
+/// that the format cannot be written of.
+pub fn write(path: impl AsRef<Path>, mesh: &Mesh) -> Result<(), Error> {
+    write_file(path, &mesh.clone().into(), &WriteOptions::default())?;
+    Ok(())
 }
 
 /// [`Mesh::check`], with the file that would have been written in the message.
@@ -87,8 +118,9 @@ fn extension(path: &Path) -> String {
     path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-fn unknown(path: &Path, extension: &str, verb: &str, known: &str) -> Error {
+fn unknown(path: &Path, extension: &str, verb: &str, known: &[&str]) -> Error {
     let path = path.display();
+    let known = known.join(", ");
     Error::input(match extension {
         "" => format!("{path}: a mesh file needs an extension that tells its format: {known}"),
         _ => format!("{path}: meshes are not {verb} as .{extension}; known extensions: {known}"),
@@ -112,12 +144,6 @@ fn check_n_vertices(n: usize, path: &Path) -> Result<(), Error> {
     Err(Error::malformed(path, Place::Whole, problem))
 }
 
-/// A colour channel given as a real number, as a byte. `one` is the number of full intensity.
-fn colour_byte(value: f64, one: f64) -> Option<u8> {
-    let scaled = (value / one * 255.0).round();
-    (0.0..=255.0).contains(&scaled).then_some(scaled as u8)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,6 +157,10 @@ mod tests {
                 write(&path, &mesh).expect("write");
                 assert_eq!(read(&path).expect("read"), mesh, "{name}");
             }
+            let path = folder.path().join("a.npy");
+            let left_out = write_file(&path, &mesh.clone().into(), &WriteOptions::default()).expect("write");
+            assert_eq!(left_out.len(), usize::from(!mesh.faces.is_empty()) + usize::from(!mesh.colours.is_empty()));
+            assert_eq!(read(&path).expect("read").positions, mesh.positions);
         }
     }
 
@@ -138,8 +168,8 @@ mod tests {
     fn unknown_extensions_are_told_the_known_ones() {
         let message = |outcome: Result<(), Error>| outcome.expect_err("must fail").to_string();
         let mesh = samples::meshes().remove(0);
-        assert!(message(write("a.stl", &mesh)).contains(".stl; known extensions: obj, ply, off, glb"));
-        assert!(message(read("a.glb").map(|_| ())).contains(".glb; known extensions: obj, ply, off"));
+        assert!(message(write("a.stl", &mesh)).contains(".stl; known extensions: obj, ply, off, npy, glb"));
+        assert!(message(read("a.glb").map(|_| ())).contains(".glb; known extensions: obj, ply, off, npy"));
         assert!(message(read("folder.obj/a").map(|_| ())).contains("needs an extension"));
     }
 

@@ -52,6 +52,12 @@ pub fn parse_f64(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<f64>), Er
     Ok((header.shape, values))
 }
 
+/// The byte at which the value of this index in C order begins, if the array is stored in that order.
+pub(crate) fn byte_of(bytes: &[u8], path: &Path, index: usize) -> Option<u64> {
+    let header = header(bytes, path).ok().filter(|header| !header.fortran)?;
+    Some((header.body + index * header.n_bytes) as u64)
+}
+
 /// The shape and the indices, in C order, of an array of integers.
 ///
 /// # Errors
@@ -169,6 +175,14 @@ pub fn write_f64(path: impl AsRef<Path>, shape: &[usize], values: &[f64]) -> Res
 /// As [`write_f32`].
 pub fn write_u32(path: impl AsRef<Path>, shape: &[usize], values: &[u32]) -> Result<(), Error> {
     write(path.as_ref(), shape, values)
+}
+
+/// The bytes that [`write_f32`] writes.
+///
+/// # Errors
+/// As [`format_f64`].
+pub fn format_f32(shape: &[usize], values: &[f32]) -> Result<Vec<u8>, Error> {
+    format(shape, values)
 }
 
 /// The bytes that [`write_f64`] writes.

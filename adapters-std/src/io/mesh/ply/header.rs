@@ -2,8 +2,12 @@
 
 use std::path::Path;
 
-use crate::io::text::{integer, numbered_lines, shown, words};
+use crate::io::text::{integer, shown, without_byte_order_mark, words};
+use crate::mesh::Scalar;
 use crate::{Error, Place};
+
+/// The most elements, and the most properties of an element: names are compared with each other.
+pub(super) const MOST_NAMES: usize = 1000;
 
 /// How values are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,43 +17,19 @@ pub(super) enum Encoding {
     BigEndian,
 }
 
-/// The type of one value.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Scalar {
-    /// The type of either spelling: the original names, or those with their number of bits.
-    fn named(name: &[u8]) -> Option<Self> {
-        Some(match name {
-            b"char" | b"int8" => Scalar::I8,
-            b"uchar" | b"uint8" => Scalar::U8,
-            b"short" | b"int16" => Scalar::I16,
-            b"ushort" | b"uint16" => Scalar::U16,
-            b"int" | b"int32" => Scalar::I32,
-            b"uint" | b"uint32" => Scalar::U32,
-            b"float" | b"float32" => Scalar::F32,
-            b"double" | b"float64" => Scalar::F64,
-            _ => return None,
-        })
-    }
-
-    pub(super) fn n_bytes(self) -> usize {
-        match self {
-            Scalar::I8 | Scalar::U8 => 1,
-            Scalar::I16 | Scalar::U16 => 2,
-            Scalar::I32 | Scalar::U32 | Scalar::F32 => 4,
-            Scalar::F64 => 8,
-        }
-    }
+/// The type of either spelling: the original names, or those with their number of bits.
+fn scalar_named(name: &[u8]) -> Option<Scalar> {
+    Some(match name {
+        b"char" | b"int8" => Scalar::I8,
+        b"uchar" | b"uint8" => Scalar::U8,
+        b"short" | b"int16" => Scalar::I16,
+        b"ushort" | b"uint16" => Scalar::U16,
+        b"int" | b"int32" => Scalar::I32,
+        b"uint" | b"uint32" => Scalar::U32,
+        b"float" | b"float32" => Scalar::F32,
+        b"double" | b"float64" => Scalar::F64,
+        _ => return None,
+    })
 }
 
 /// One property of an element.
@@ -86,7 +66,9 @@ impl Element {
 pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
-    /// The byte behind `end_header` and its line feed.
+    /// Comments that name a texture, as some programs write them.
+    pub n_textures: usize,
+    /// The byte behind `end_header` and its line end.
     pub body: usize,
     /// The line on which that byte lies.
     pub body_line: usize,
@@ -95,19 +77,19 @@ pub(super) struct Header {
 /// Reads the header at the beginning of `bytes`.
 pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
     let malformed = |line, problem: String| Error::malformed(path, Place::Line(line), problem);
+    let start = bytes.len() - without_byte_order_mark(bytes).len();
+    let mut lines = Lines::new(bytes, start);
+    if lines.next().map(<[u8]>::trim_ascii) != Some(b"ply") {
+        return Err(malformed(1, "a PLY file begins with a line \"ply\"; this one does not".into()));
+    }
     let mut encoding = None;
     let mut elements: Vec<Element> = Vec::new();
-    let mut last = 1;
-    for (line, text) in numbered_lines(bytes) {
-        last = line;
+    let mut n_textures = 0;
+    while let Some(text) = lines.next() {
+        let line = lines.line;
         let words: Vec<&[u8]> = words(text).take(6).collect();
-        if line == 1 {
-            if words != [b"ply"] {
-                return Err(malformed(line, "a PLY file begins with a line \"ply\"; this one does not".into()));
-            }
-            continue;
-        }
         match words[..] {
+            [b"comment", b"TextureFile", ..] => n_textures += 1,
             [] | [b"comment" | b"obj_info", ..] => {}
             [b"format", name, ..] => {
                 encoding = Some(match name {
@@ -124,6 +106,9 @@ pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
                 if elements.iter().any(|element| element.name == name) {
                     return Err(malformed(line, format!("a second element {:?}", shown(name))));
                 }
+                if elements.len() == MOST_NAMES {
+                    return Err(malformed(line, format!("more than {MOST_NAMES} elements")));
+                }
                 elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
             }
             [b"property", ref rest @ ..] => {
@@ -131,13 +116,14 @@ pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
                 let Some(element) = elements.last_mut() else {
                     return Err(malformed(line, "a property before the first element".into()));
                 };
+                if element.properties.len() == MOST_NAMES {
+                    return Err(malformed(line, format!("an element of more than {MOST_NAMES} properties")));
+                }
                 element.properties.push(property);
             }
             [b"end_header"] => {
                 let encoding = encoding.ok_or_else(|| malformed(line, "the header has no line \"format\"".into()))?;
-                // The lines are slices of the bytes: the body follows this one and its line feed.
-                let end = line_end(bytes, line);
-                return Ok(Header { encoding, elements, body: end, body_line: line + 1 });
+                return Ok(Header { encoding, elements, n_textures, body: lines.at, body_line: line + 1 });
             }
             [word, ..] => {
                 let problem = format!("{:?} is no line of a PLY header; format, element or property is", shown(word));
@@ -145,11 +131,39 @@ pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
             }
         }
     }
-    Err(malformed(last, "the header does not end with \"end_header\": is the file truncated?".into()))
+    Err(malformed(lines.line, "the header does not end with \"end_header\": is the file truncated?".into()))
+}
+
+/// The lines of a header. The first one decides how all end: behind `end_header` and a lone carriage return, a line
+/// feed is a value of a binary body.
+struct Lines<'a> {
+    bytes: &'a [u8],
+    /// Where the next line begins.
+    at: usize,
+    /// The number of the last line.
+    line: usize,
+    end: u8,
+}
+
+impl<'a> Lines<'a> {
+    fn new(bytes: &'a [u8], at: usize) -> Self {
+        let rest = &bytes[at..];
+        let first = rest.iter().position(|byte| matches!(byte, b'\n' | b'\r')).unwrap_or(rest.len());
+        let is_lone_return = rest[first..].starts_with(b"\r") && !rest[first..].starts_with(b"\r\n");
+        Lines { bytes, at, line: 0, end: if is_lone_return { b'\r' } else { b'\n' } }
+    }
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let rest = self.bytes.get(self.at..).filter(|rest| !rest.is_empty())?;
+        let length = rest.iter().position(|&byte| byte == self.end);
+        self.at += length.map_or(rest.len(), |length| length + 1);
+        self.line += 1;
+        Some(&rest[..length.unwrap_or(rest.len())])
+    }
 }
 
 fn property(words: &[&[u8]]) -> Result<Property, String> {
-    let scalar = |name: &[u8]| Scalar::named(name).ok_or_else(|| format!("the type {:?} is not known", shown(name)));
+    let scalar = |name: &[u8]| scalar_named(name).ok_or_else(|| format!("the type {:?} is not known", shown(name)));
     match *words {
         [b"list", count, value, name] => {
             let list = scalar(count)?;
@@ -161,12 +175,6 @@ fn property(words: &[&[u8]]) -> Result<Property, String> {
         [value, name] => Ok(Property { name: name.to_vec(), scalar: scalar(value)?, list: None }),
         _ => Err("a property is written \"property TYPE NAME\" or \"property list TYPE TYPE NAME\"".into()),
     }
-}
-
-/// The byte behind the line feed of the line of this number.
-fn line_end(bytes: &[u8], line: usize) -> usize {
-    let feeds = bytes.iter().enumerate().filter(|(_, byte)| **byte == b'\n').map(|(at, _)| at + 1);
-    feeds.into_iter().nth(line - 1).unwrap_or(bytes.len())
 }
 
 #[cfg(test)]
@@ -190,10 +198,28 @@ mod tests {
     }
 
     #[test]
+    fn the_first_line_decides_how_lines_end() {
+        let lines = "ply\nformat ascii 1.0\nelement vertex 3\nend_header\n";
+        for (end, behind) in [("\n", "\r\nX"), ("\r\n", "\nX"), ("\r", "\nX")] {
+            let text = format!("\u{feff}{}{behind}", lines.replace('\n', end));
+            let header = header(text.as_bytes(), Path::new("t.ply")).expect("a header");
+            assert_eq!((&text[header.body..], header.body_line), (behind, 5), "{end:?}");
+        }
+    }
+
+    #[test]
+    fn names_beyond_all_reason_are_refused() {
+        let elements: String = (0..=MOST_NAMES).map(|at| format!("element e{at} 0\n")).collect();
+        assert!(error(&format!("ply\n{elements}")).contains("line 1002: more than 1000 elements"));
+        let properties = "property int a\n".repeat(MOST_NAMES + 1);
+        assert!(error(&format!("ply\nelement e 1\n{properties}")).contains("line 1003: an element of more than 1000"));
+    }
+
+    #[test]
     fn errors_name_the_line() {
         for (text, message) in [
             ("", "line 1: a PLY file begins"),
-            ("ply\nformat ascii 1.0\n", "line 3: the header does not end"),
+            ("ply\nformat ascii 1.0\n", "line 2: the header does not end"),
             ("ply\nend_header\n", "line 2: the header has no line \"format\""),
             ("ply\nformat text 1.0\n", "the format \"text\" is not known"),
             ("ply\nelement vertex -1\n", "\"-1\" where a number of elements"),

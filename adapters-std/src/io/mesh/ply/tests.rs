@@ -1,12 +1,28 @@
 //! Tests of the PLY reader and writer: tricky files in all encodings, and hostile ones.
 
-use super::super::samples::{any_mesh, assail, meshes};
+use super::super::samples::{any_mesh, assail, kept, meshes, rich_files};
+use super::super::{Encoding, WriteOptions};
 use super::*;
+use crate::mesh::{Attribute, Scalar};
 use proptest::prelude::*;
 
-fn outcome(bytes: &[u8]) -> Result<Mesh, Error> {
-    parse(bytes, Path::new("t.ply"))
+fn file(bytes: &[u8]) -> Result<MeshFile, Error> {
+    parse(bytes, Path::new("t.ply"), &ReadOptions::default())
 }
+
+fn outcome(bytes: &[u8]) -> Result<Mesh, Error> {
+    Ok(file(bytes)?.mesh)
+}
+
+fn written_as(mesh: &Mesh, encoding: Encoding) -> Vec<u8> {
+    format(&mesh.clone().into(), &WriteOptions { encoding }).expect("any mesh is written").bytes
+}
+
+fn written(mesh: &Mesh) -> Vec<u8> {
+    written_as(mesh, Encoding::Binary)
+}
+
+const ENCODINGS: [Encoding; 3] = [Encoding::Binary, Encoding::BigEndian, Encoding::Text];
 
 fn error(bytes: &[u8]) -> String {
     outcome(bytes).expect_err("must be refused").to_string()
@@ -53,15 +69,101 @@ fn rich_mesh() -> Mesh {
         faces: vec![[0, 1, 2], [0, 1, 2], [0, 2, 3]],
         normals: vec![[0.0, 0.0, 1.0]; 4],
         colours: vec![[255, 255, 0], [0, 0, 255], [0, 0, 0], [1, 128, 7]],
-        ..Mesh::default()
+        attributes: vec![Attribute { name: "quality".into(), scalar: Scalar::U8, values: vec![9.0; 4] }],
     }
 }
 
 #[test]
 fn all_types_and_encodings_are_read() {
     for bytes in [rich_text(), rich_binary(false), rich_binary(true)] {
-        assert_eq!(outcome(&bytes).expect("a PLY file"), rich_mesh());
+        let file = file(&bytes).expect("a PLY file");
+        assert_eq!(file.mesh, rich_mesh());
+        assert_eq!(
+            file.left_out.join("; "),
+            "1 element \"camera\"; 1 colour finer than 8 bits a channel (rounded); the list \"tags\" of 4 vertices; \
+             1 polygon with more than 3 corners (divided into triangles); the property \"flags\" of 2 faces; \
+             the list \"texcoord\" of 2 faces; 1 element \"edge\""
+        );
     }
+}
+
+#[test]
+fn what_else_is_left_out_is_counted() {
+    let text = "ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 1\nproperty int x\nproperty int y\n\
+        property int z\nproperty int x\nproperty uchar nx\nelement face 2\nproperty list int int vertex_index\nend_header\n\
+        1 2 3 4 5\n2 0 0\n0\n";
+    let file = file(text.as_bytes()).expect("a PLY file");
+    assert_eq!(
+        file.left_out.join("; "),
+        "the property \"x\" of 1 vertices; 2 faces of fewer than 3 corners; 1 texture file"
+    );
+    let nx = Attribute { name: "nx".into(), scalar: Scalar::U8, values: vec![5.0] };
+    assert_eq!((file.mesh.positions, file.mesh.attributes), (vec![[1.0, 2.0, 3.0]], vec![nx]));
+}
+
+#[test]
+fn a_text_that_says_more_than_its_type_is_believed() {
+    let text = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar label\nproperty float quality\nproperty float time\nend_header\n0 0 0.1 1 0.5 nan\n0 0 0 1.5 1 -1.#INF\n";
+    let mesh = outcome(text.as_bytes()).expect("a PLY file");
+    let scalars: Vec<Scalar> = mesh.attributes.iter().map(|attribute| attribute.scalar).collect();
+    assert_eq!(scalars, [Scalar::F64, Scalar::F32, Scalar::F32]);
+    assert_eq!((mesh.positions[0][2], mesh.attributes[0].values[1]), (0.1, 1.5));
+    assert!(mesh.attributes[2].values[0].is_nan() && mesh.attributes[2].values[1] == f64::NEG_INFINITY);
+    for encoding in ENCODINGS {
+        let again = outcome(&written_as(&mesh, encoding)).expect("what was written is read");
+        assert!(again.attributes[2].values[0].is_nan() && again.attributes[..2] == mesh.attributes[..2]);
+    }
+}
+
+#[test]
+fn what_is_not_finite_is_kept_on_demand() {
+    let header =
+        "ply\nformat FORMAT 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
+    let text = header.replace("FORMAT", "ascii") + "0 nan(ind) -inf\n";
+    let little =
+        [header.replace("FORMAT", "binary_little_endian").as_bytes(), &[0, 0, 0, 0, 0, 0, 192, 127, 0, 0, 128, 255]]
+            .concat();
+    for (bytes, place) in [(text.as_bytes(), "line 8: the y is NaN"), (&little, "byte 119: the y is NaN")] {
+        let message = error(bytes);
+        assert!(message.contains(place) && message.contains("habitus clean"), "{message}");
+        let mesh = kept(bytes, parse).expect("kept");
+        assert!(mesh.positions[0][1].is_nan() && mesh.positions[0][2] == f64::NEG_INFINITY);
+    }
+}
+
+#[test]
+fn every_line_end_is_read() {
+    let text = String::from_utf8(rich_text()).expect("text");
+    for end in ["\n", "\r\n", "\r"] {
+        let text = text.replace('\n', end);
+        assert_eq!(outcome(text.as_bytes()).expect("a PLY file"), rich_mesh());
+        let damaged = text.replace("-1 3 0 1 2", "-1 3 0 1 9");
+        assert!(error(damaged.as_bytes()).contains("line 33: a face names vertex 9"), "{}", error(damaged.as_bytes()));
+        let mut binary = [b"\xEF\xBB\xBF", &rich_binary(true)[..]].concat();
+        assert_eq!(outcome(&binary).expect("a PLY file behind a byte order mark"), rich_mesh());
+        binary.pop();
+        assert!(error(&binary).contains(&format!("byte {}", binary.len() - 7)), "{}", error(&binary));
+    }
+}
+
+#[test]
+fn what_ply_cannot_hold_is_named() {
+    let attribute = |name: &str| Attribute { name: name.into(), scalar: Scalar::U8, values: vec![0.5] };
+    let names = ["red", "green", "blue", "x", "nx", "a b", "", "ä"];
+    let attributes = names.map(attribute).into();
+    let mesh = Mesh { positions: vec![[0.0; 3]], attributes, ..Mesh::default() };
+    for encoding in ENCODINGS {
+        let formatted = format(&mesh.clone().into(), &WriteOptions { encoding }).expect("written");
+        assert_eq!(formatted.left_out.len(), 6);
+        assert!(formatted.left_out[0].contains("\"a b\", whose name is no word"), "{:?}", formatted.left_out);
+        assert!(formatted.left_out[2].contains("\"red\", whose name PLY has for something else"));
+        let file = file(&formatted.bytes).expect("what was written is read");
+        let kept: Vec<_> = file.mesh.attributes.iter().map(|a| (&a.name[..], a.scalar, a.values[0])).collect();
+        assert_eq!(kept, [("nx", Scalar::F64, 0.5), ("ä", Scalar::F64, 0.5)]);
+    }
+    let rich = &rich_files()[1];
+    assert_eq!(format(rich, &WriteOptions::default()).expect("written").left_out.len(), 2);
 }
 
 #[test]
@@ -74,10 +176,10 @@ fn faces_may_stand_before_the_vertices() {
 #[test]
 fn positions_are_short_only_when_exact() {
     let mut mesh = Mesh { positions: vec![[0.5, -0.0, 1024.0]], ..Mesh::default() };
-    assert!(format(&mesh).windows(16).any(|bytes| bytes == b"property float x"));
+    assert!(written(&mesh).windows(16).any(|bytes| bytes == b"property float x"));
     mesh.positions[0][2] = 0.1;
-    assert!(format(&mesh).windows(17).any(|bytes| bytes == b"property double x"));
-    assert_eq!(outcome(&format(&mesh)).expect("a PLY file"), mesh);
+    assert!(written(&mesh).windows(17).any(|bytes| bytes == b"property double x"));
+    assert_eq!(outcome(&written(&mesh)).expect("a PLY file"), mesh);
 }
 
 /// A text file of one vertex at the origin, one face and the rest of the header as given.
@@ -93,13 +195,12 @@ fn small(vertex: &str, face: &str) -> Vec<u8> {
 #[test]
 fn errors_name_the_place_and_the_remedy() {
     for (bytes, message) in [
-        (small("0 0 nan 0 0 0", "3 0 0 0"), "line 13: the z is \"nan\"; a finite number"),
+        (small("0 0 nan 0 0 0", "3 0 0 0"), "line 13: the z is NaN; a finite number"),
         (small("0 0 0 0 0 256", "3 0 0 0"), "a colour channel of 256; 0 to 255"),
         (small("0 0 0 0 0 0", "3 0 1 0"), "line 14: a face names vertex 1, but the file has 1, counted from 0"),
         (small("0 0 0 0 0 0", "3 0 -1 0"), "line 14: the vertex of a face is -1; a whole number"),
         (small("0 0 0 0 0 0", "3 0 0.5 0"), "the vertex of a face is 0.5"),
         (small("0 0 0 0 0 0", "3 0 99999999999 0"), "a face names vertex 99999999999"),
-        (small("0 0 0 0 0 0", "2 0 0"), "a face of 2 corners"),
         (small("0 0 0 0 0 0", "4 0 0 0"), "the file ends before the vertex of a face"),
         (small("0 0 0 0 0 0", "3 0 0 0 7"), "bytes follow the last element"),
         (b"ply\nformat ascii 1.0\nend_header\n".to_vec(), "there is no vertex"),
@@ -151,13 +252,16 @@ fn hostile_bytes_are_refused_or_harmless() {
         assail(&bytes, parse);
     }
     for mesh in meshes() {
-        assail(&format(&mesh), parse);
+        assail(&written(&mesh), parse);
     }
 }
 
 proptest! {
     #[test]
     fn meshes_read_back(mesh in any_mesh()) {
-        prop_assert_eq!(outcome(&format(&mesh)).unwrap(), mesh);
+        for encoding in ENCODINGS {
+            let file = file(&written_as(&mesh, encoding)).unwrap();
+            prop_assert_eq!((&file.mesh, &file.left_out), (&mesh, &vec![]));
+        }
     }
 }

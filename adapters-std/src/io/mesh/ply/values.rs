@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use super::header::{Encoding, Header, Scalar};
-use crate::io::text::{real, shown};
+use super::super::coordinates::REMEDY;
+use super::super::{NonFinite, ReadOptions};
+use super::header::{Encoding, Header};
+use crate::io::text::{any_real, real, shown};
+use crate::mesh::Scalar;
 use crate::{Error, Place};
 
 /// Goes through the values of a body. Every value is an `f64`, which holds each type of the format exactly.
@@ -13,12 +16,19 @@ pub(super) struct Values<'a> {
     /// The line that `at` lies on; counted for text only.
     line: usize,
     encoding: Encoding,
+    keep_non_finite: bool,
     path: &'a Path,
 }
 
 impl<'a> Values<'a> {
-    pub(super) fn new(bytes: &'a [u8], header: &Header, path: &'a Path) -> Self {
-        Values { bytes, at: header.body, line: header.body_line, encoding: header.encoding, path }
+    pub(super) fn new(bytes: &'a [u8], header: &Header, path: &'a Path, options: &ReadOptions) -> Self {
+        let keep_non_finite = options.non_finite == NonFinite::Keep;
+        Values { bytes, at: header.body, line: header.body_line, encoding: header.encoding, keep_non_finite, path }
+    }
+
+    /// The bytes that remain.
+    pub(super) fn n_remaining(&self) -> usize {
+        self.bytes.len() - self.at
     }
 
     pub(super) fn place(&self) -> Place {
@@ -35,35 +45,57 @@ impl<'a> Values<'a> {
     /// An error unless the bytes that remain can hold `count` pieces of at least `least_bytes` each.
     pub(super) fn check_room(&self, count: u64, least_bytes: usize, what: &str) -> Result<(), Error> {
         // The last value of a text needs no separator behind it.
-        let present = (self.bytes.len() - self.at) as u64 + u64::from(self.encoding == Encoding::Text);
+        let present = self.n_remaining() as u64 + u64::from(self.encoding == Encoding::Text);
         match count.checked_mul(least_bytes as u64) {
             Some(needed) if needed <= present => Ok(()),
             _ => {
-                let present = self.bytes.len() - self.at;
+                let present = self.n_remaining();
                 let problem = format!("{count} {what} cannot lie in the {present} bytes that remain: truncated file?");
                 Err(self.malformed(problem))
             }
         }
     }
 
-    /// The next value, which must be finite; `what` names it in the error.
-    pub(super) fn finite(&mut self, scalar: Scalar, what: &str) -> Result<f64, Error> {
-        let place = self.place();
-        let value = match self.encoding {
+    /// The next value, whatever number it is; `what` names it in the error.
+    pub(super) fn any(&mut self, scalar: Scalar, what: &str) -> Result<f64, Error> {
+        match self.encoding {
             Encoding::Text => {
                 let word = self.word(what)?;
-                return real(word).ok_or_else(|| {
-                    let problem = format!("the {what} is {:?}; a finite number is expected", shown(word));
+                real(word).or_else(|| any_real(word)).ok_or_else(|| {
+                    let problem = format!("the {what} is {:?}; a number is expected", shown(word));
                     self.malformed(problem)
-                });
+                })
             }
-            Encoding::LittleEndian => self.binary(scalar, what, false)?,
-            Encoding::BigEndian => self.binary(scalar, what, true)?,
-        };
-        if value.is_finite() {
+            Encoding::LittleEndian => self.binary(scalar, what, false),
+            Encoding::BigEndian => self.binary(scalar, what, true),
+        }
+    }
+
+    /// The next value, which must be finite.
+    pub(super) fn finite(&mut self, scalar: Scalar, what: &str) -> Result<f64, Error> {
+        let start = self.at;
+        let value = self.any(scalar, what)?;
+        if value.is_finite() { Ok(value) } else { Err(self.not_finite(start, value, what, "")) }
+    }
+
+    /// The next value as a coordinate, which must be finite unless it is to be kept.
+    pub(super) fn coordinate(&mut self, scalar: Scalar, what: &str) -> Result<f64, Error> {
+        let start = self.at;
+        let value = self.any(scalar, what)?;
+        if value.is_finite() || self.keep_non_finite {
             return Ok(value);
         }
-        Err(Error::malformed(self.path, place, format!("the {what} is {value}; a finite number is expected")))
+        Err(self.not_finite(start, value, what, REMEDY))
+    }
+
+    /// The error for the value that began at the byte `start`.
+    fn not_finite(&self, start: usize, value: f64, what: &str, remedy: &str) -> Error {
+        let place = match self.encoding {
+            Encoding::Text => self.place(),
+            _ => Place::Byte(start as u64),
+        };
+        let colon = if remedy.is_empty() { "" } else { ": " };
+        Error::malformed(self.path, place, format!("the {what} is {value}; a finite number is expected{colon}{remedy}"))
     }
 
     /// The next value as a number of things or an index.
@@ -107,8 +139,9 @@ impl<'a> Values<'a> {
 
     fn word(&mut self, what: &str) -> Result<&'a [u8], Error> {
         while let Some(byte) = self.bytes.get(self.at).filter(|byte| byte.is_ascii_whitespace()) {
-            self.line += usize::from(*byte == b'\n');
             self.at += 1;
+            let is_end = *byte == b'\n' || *byte == b'\r' && self.bytes.get(self.at) != Some(&b'\n');
+            self.line += usize::from(is_end);
         }
         let rest = &self.bytes[self.at..];
         let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
