@@ -78,8 +78,11 @@ impl Mesh {
     /// Statistics of the lengths of the edges; `None` without edges.
     pub fn edge_lengths(&self, topology: &Topology) -> Option<EdgeLengths> {
         let at = |vertex: u32| self.positions.get(vertex as usize).copied().map(DVec3::from_array);
-        let mut lengths: Vec<f64> =
-            topology.edges().iter().filter_map(|edge| Some(at(edge.vertices[0])?.distance(at(edge.vertices[1])?))).collect();
+        let mut lengths: Vec<f64> = topology
+            .edges()
+            .iter()
+            .filter_map(|edge| Some(at(edge.vertices[0])?.distance(at(edge.vertices[1])?)))
+            .collect();
         let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
         let middle = lengths.len() / 2;
         let (below, median, above) =

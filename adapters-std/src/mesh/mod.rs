@@ -72,17 +72,25 @@ impl Mesh {
     /// # Errors
     /// [`Error::Input`] names the first part that does not fit.
     pub fn check(&self) -> Result<(), Error> {
+        self.check_parts()?;
+        for (what, vectors) in [("position", &self.positions), ("normal", &self.normals)] {
+            if let Some(vertex) = vectors.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
+                return Err(Error::input(format!(
+                    "the {what} of vertex {vertex} is not finite: `habitus clean` removes what is not"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// [`Self::check`] but for numbers that are not finite.
+    pub(crate) fn check_parts(&self) -> Result<(), Error> {
         let n_vertices = self.positions.len();
         if n_vertices == 0 {
             return Err(Error::input("a mesh without vertices: give it at least one"));
         }
         if u32::try_from(n_vertices).is_err() {
             return Err(Error::input(format!("a mesh of {n_vertices} vertices: at most {} can be indexed", u32::MAX)));
-        }
-        for (what, vectors) in [("position", &self.positions), ("normal", &self.normals)] {
-            if let Some(vertex) = vectors.iter().position(|v| v.iter().any(|x| !x.is_finite())) {
-                return Err(Error::input(format!("the {what} of vertex {vertex} is not finite: remove the vertex")));
-            }
         }
         if let Some(face) = self.faces.iter().position(|f| f.iter().any(|&v| v as usize >= n_vertices)) {
             let corners = self.faces[face];

@@ -71,6 +71,17 @@ pub struct Components {
     pub of_vertex: Vec<u32>,
 }
 
+/// What hangs together over edges with two faces; of a manifold these are the components.
+#[derive(Debug, Clone)]
+pub(in crate::mesh) struct Patches {
+    /// The patch of each face, numbered by their first faces; `u32::MAX` for faces without a part in the connections.
+    pub of_face: Vec<u32>,
+    /// Whether a face must be turned to agree with the first of its patch. Means nothing in a patch without orientation.
+    pub is_turned: Vec<bool>,
+    /// Whether the faces of a patch can be made to agree.
+    pub is_orientable: Vec<bool>,
+}
+
 impl Topology {
     /// The connected components. Faces hang together when they share a vertex; vertices without faces belong to none.
     pub fn components(&self) -> Components {
@@ -107,11 +118,9 @@ impl Topology {
         }
         // Where all neighbours agree there is nothing to ask.
         if all.iter().any(|component| component.n_inconsistent_edges != 0) {
-            let sides = self.orientation();
-            for (face, side) in sides.iter().enumerate() {
-                if side.is_none() && of_face[face] != NONE {
-                    all[of_face[face] as usize].is_orientable = false;
-                }
+            let patches = self.patches();
+            for (&patch, &component) in patches.of_face.iter().zip(&of_face).filter(|&(&patch, _)| patch != NONE) {
+                all[component as usize].is_orientable &= patches.is_orientable[patch as usize];
             }
         }
         Components { all, of_face, of_vertex }
@@ -147,43 +156,35 @@ impl Topology {
         (of_face, of_vertex, n as usize)
     }
 
-    /// For each face whether it must be turned to agree with the first face of its patch; a patch is what hangs together
-    /// over edges with two faces. `None` throughout a patch that cannot be oriented, and for faces without a part in the
-    /// connections.
-    pub(in crate::mesh) fn orientation(&self) -> Vec<Option<bool>> {
-        let mut turned: Vec<Option<bool>> = vec![None; self.faces.len()];
-        let mut is_refused = vec![false; self.faces.len()];
-        let mut patch = Vec::new();
-        for first in 0..self.faces.len() {
-            if turned[first].is_some() || is_refused[first] || self.face_edges[first][0] == NONE {
+    /// The patches and how their faces must be turned to agree.
+    pub(in crate::mesh) fn patches(&self) -> Patches {
+        let n = self.faces.len();
+        let mut patches = Patches { of_face: vec![NONE; n], is_turned: vec![false; n], is_orientable: Vec::new() };
+        let mut waiting = Vec::new();
+        for first in 0..n {
+            if patches.of_face[first] != NONE || self.face_edges[first][0] == NONE {
                 continue;
             }
-            patch.clear();
-            patch.push(first as u32);
-            turned[first] = Some(false);
-            let (mut at, mut agrees) = (0, true);
-            while let Some(&face) = patch.get(at) {
-                at += 1;
-                let side = turned[face as usize].unwrap_or(false);
+            let number = patches.is_orientable.len() as u32;
+            patches.of_face[first] = number;
+            let mut agrees = true;
+            waiting.push(first as u32);
+            while let Some(face) = waiting.pop() {
+                let side = patches.is_turned[face as usize];
                 for edge in self.face_edges[face as usize] {
                     let Some(next) = self.across(edge, face) else { continue };
                     let wanted = side ^ (self.runs_upwards(face, edge) == self.runs_upwards(next, edge));
-                    match turned[next as usize] {
-                        Some(found) => agrees &= found == wanted,
-                        None => {
-                            turned[next as usize] = Some(wanted);
-                            patch.push(next);
-                        }
+                    if patches.of_face[next as usize] == NONE {
+                        patches.of_face[next as usize] = number;
+                        patches.is_turned[next as usize] = wanted;
+                        waiting.push(next);
+                    } else {
+                        agrees &= patches.is_turned[next as usize] == wanted;
                     }
                 }
             }
-            if !agrees {
-                for &face in &patch {
-                    turned[face as usize] = None;
-                    is_refused[face as usize] = true;
-                }
-            }
+            patches.is_orientable.push(agrees);
         }
-        turned
+        patches
     }
 }

@@ -7,6 +7,7 @@ mod components;
 mod fans;
 mod loops;
 
+pub(in crate::mesh) use components::Patches;
 pub use components::{Component, Components, NoGenus};
 pub use fans::Fan;
 
@@ -129,6 +130,11 @@ impl Topology {
     /// The number of faces, those without a part in the connections included.
     pub fn n_faces(&self) -> usize {
         self.faces.len()
+    }
+
+    /// The corners of a face.
+    pub fn corners(&self, face: u32) -> [u32; 3] {
+        self.faces[face as usize]
     }
 
     /// All edges, sorted by their vertices.
