@@ -41,6 +41,10 @@ fn truncated_and_altered_files_give_a_sound_mesh_or_an_error_that_names_the_file
             bytes
         });
         for bytes in truncated.chain(altered) {
+            // A new file each time: some file systems wait for the disk when a file is overwritten.
+            if path.exists() {
+                std::fs::remove_file(&path).expect("the temporary folder is writable");
+            }
             std::fs::write(&path, &bytes).expect("the temporary folder is writable");
             match read_file(&path, &ReadOptions::default()) {
                 Ok(file) => file.mesh.check().expect("what a reader gives is sound"),

@@ -127,5 +127,12 @@ pub fn rows() -> Vec<Row> {
             [2, 0, 0, 0, 0],
             &["1 vertices with coordinates that are not finite"],
         ),
+        cleaned(
+            "edge with three faces",
+            "a.off",
+            off(&["0 0 0", "1 0 0", "0 1 0", "0 -1 0", "0 0 1"], &["0 1 2", "1 0 3", "0 1 4"]),
+            [9, 3, 3, 3, 0],
+            &["2 vertices with several fans", "1 edges with more than two faces", "4 vertices added"],
+        ),
     ]
 }
