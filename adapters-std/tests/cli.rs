@@ -406,11 +406,37 @@ fn info_describes_meshes() {
     assert_eq!(info["not_kept"].as_array().unwrap().len(), 2);
     let text = String::from_utf8(habitus(&["info", &input]).stdout).unwrap();
     assert!(text.contains("5 vertices, 2 faces, open") && text.contains("\"label\" (U8): 0 to 9"), "{text}");
+    assert!(text.contains("components: 1, boundary loops: 1, genus 0, area 1\n"), "{text}");
+    assert_eq!((&info["components"], &info["boundary_loops"], &info["genus"]), (&1.into(), &1.into(), &0.into()));
+    assert_eq!((&info["area"], &info["volume"]), (&1.0.into(), &Value::Null));
     let broken = work.path("nan.obj");
     std::fs::write(&broken, "v 0 0 nan\nv 1 2 3\nv 1 2 4\nf 1 2 3\nf 2 2 3\n").unwrap();
     let info = json(&["info", &broken]);
     assert_eq!((&info["non_finite_vertices"], &info["degenerate_faces"]), (&1.into(), &2.into()));
     assert_eq!(info["box_low"], serde_json::json!([1.0, 2.0, 3.0]));
+}
+
+#[test]
+fn info_tells_how_the_faces_hang_together() {
+    let work = work();
+    let input = work.path("surface.obj");
+    let corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 6\nv 9 9 9\nv 9 8 9\n";
+    let told = |faces: &str| {
+        std::fs::write(&input, format!("{corners}{faces}")).unwrap();
+        json(&["info", &input])
+    };
+    // A tetrahedron, inside out, with one face turned, and without that face.
+    let info = told("f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    assert_eq!((&info["volume"], &info["genus"], &info["boundary_loops"]), (&1.0.into(), &0.into(), &0.into()));
+    assert_eq!(told("f 1 2 3\nf 1 4 2\nf 2 4 3\nf 3 4 1\n")["volume"], -1.0);
+    let info = told("f 1 2 3\nf 1 2 4\nf 2 3 4\nf 3 1 4\n");
+    assert_eq!((&info["inconsistent_edges"], &info["volume"], &info["genus"]), (&3.into(), &Value::Null, &0.into()));
+    // Two triangles that meet in one vertex.
+    let info = told("f 1 2 3\nf 1 5 6\n");
+    assert_eq!((&info["non_manifold_vertices"], &info["boundary_loops"]), (&1.into(), &2.into()));
+    assert_eq!((&info["genus"], &info["no_genus"]), (&Value::Null, &"not a manifold".into()));
+    let info = told("");
+    assert_eq!((&info["components"], &info["area"]), (&0.into(), &Value::Null));
 }
 
 #[test]

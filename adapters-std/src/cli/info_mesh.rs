@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use super::Console;
 use crate::Error;
 use crate::io::mesh::{MeshFile, NonFinite, ReadOptions, read_file};
+use crate::mesh::topology::{EdgeClass, NoGenus};
 use crate::mesh::{Attribute, Mesh, Topology};
 
 /// Describes the mesh file at `path`. Coordinates that are not finite are counted, not refused.
@@ -42,6 +43,7 @@ pub(super) fn run(path: &Path, console: &Console) -> Result<(), Error> {
     if file.skin.is_some() {
         let _ = writeln!(text, "joints: {}", names(joint_names(&file)));
     }
+    text += &soundness.sentence();
     for (n, what) in soundness.counts() {
         if n > 0 {
             let _ = writeln!(text, "{n} {what}");
@@ -84,11 +86,19 @@ fn described(file: &MeshFile, soundness: &Soundness, extent: Option<&Extent>) ->
         "degenerate_faces": soundness.n_degenerate,
         "boundary_edges": soundness.n_boundary,
         "non_manifold_edges": soundness.n_non_manifold,
+        "non_manifold_vertices": soundness.n_non_manifold_vertices,
+        "inconsistent_edges": soundness.n_inconsistent,
+        "components": soundness.n_components,
+        "boundary_loops": soundness.n_loops,
+        "genus": soundness.genus.ok(),
+        "no_genus": soundness.genus.err().map(|reason| reason.to_string()),
+        "area": soundness.area,
+        "volume": soundness.volume,
         "not_kept": file.left_out,
     })
 }
 
-/// Counts of what keeps a mesh from being a closed surface.
+/// How the faces of a mesh hang together, and counts of what keeps it from being a closed surface.
 struct Soundness {
     n_faces: usize,
     n_edges: usize,
@@ -99,12 +109,28 @@ struct Soundness {
     n_degenerate: usize,
     n_boundary: usize,
     n_non_manifold: usize,
+    /// Vertices with several fans of faces.
+    n_non_manifold_vertices: usize,
+    /// Edges whose two faces disagree about the outside.
+    n_inconsistent: usize,
+    n_components: usize,
+    /// Boundary loops of all components.
+    n_loops: usize,
+    /// Handles of all components, or why the first that has no genus has none.
+    genus: Result<u64, NoGenus>,
+    /// Sum of the areas of the faces whose corners are finite, in the square of the unit.
+    area: Option<f64>,
+    /// The signed volume of a closed mesh whose faces agree about the outside, in the cube of the unit.
+    volume: Option<f64>,
 }
 
 impl Soundness {
     fn of(mesh: &Mesh) -> Self {
         let topology = Topology::new(mesh.positions.len(), &mesh.faces);
-        let edges_with = |is: fn(usize) -> bool| topology.edges().iter().filter(|edge| is(edge.faces.len())).count();
+        let components = topology.components().all;
+        let n_inconsistent = topology.count(EdgeClass::Inconsistent);
+        let area: f64 = mesh.face_areas().into_iter().filter(|area| area.is_finite()).sum();
+        let has_volume = !components.is_empty() && topology.is_closed() && n_inconsistent == 0;
         let mut is_referenced = vec![mesh.faces.is_empty(); mesh.positions.len()];
         mesh.faces.iter().flatten().for_each(|&vertex| is_referenced[vertex as usize] = true);
         let is_degenerate = |face: &usize| {
@@ -118,8 +144,15 @@ impl Soundness {
             n_non_finite: mesh.positions.iter().filter(|p| p.iter().any(|x| !x.is_finite())).count(),
             n_unreferenced: is_referenced.iter().filter(|referenced| !**referenced).count(),
             n_degenerate: (0..mesh.faces.len()).filter(is_degenerate).count(),
-            n_boundary: edges_with(|n| n == 1),
-            n_non_manifold: edges_with(|n| n > 2),
+            n_boundary: topology.count(EdgeClass::Boundary),
+            n_non_manifold: topology.count(EdgeClass::NonManifold),
+            n_non_manifold_vertices: topology.non_manifold_vertices().len(),
+            n_inconsistent,
+            n_components: components.len(),
+            n_loops: components.iter().map(|component| component.n_boundary_loops).sum(),
+            genus: components.iter().map(|component| component.genus()).sum(),
+            area: (!mesh.faces.is_empty() && area.is_finite()).then_some(area),
+            volume: has_volume.then(|| mesh.signed_volume()).filter(|volume| volume.is_finite()),
         }
     }
 
@@ -128,13 +161,33 @@ impl Soundness {
         self.n_faces > 0 && self.n_boundary == 0 && self.n_non_manifold == 0
     }
 
-    fn counts(&self) -> [(usize, &'static str); 5] {
+    /// One line on how the faces hang together; nothing of a cloud.
+    fn sentence(&self) -> String {
+        if self.n_faces == 0 {
+            return String::new();
+        }
+        let genus = match self.genus {
+            Ok(genus) => format!("genus {genus}"),
+            Err(reason) => format!("no genus ({reason})"),
+        };
+        let mut text = format!("components: {}, boundary loops: {}, {genus}", self.n_components, self.n_loops);
+        for (what, value) in [("area", self.area), ("volume", self.volume)] {
+            if let Some(value) = value {
+                let _ = write!(text, ", {what} {value}");
+            }
+        }
+        text + "\n"
+    }
+
+    fn counts(&self) -> [(usize, &'static str); 7] {
         [
             (self.n_non_finite, "vertices with coordinates that are not finite (`habitus clean` removes them)"),
             (self.n_unreferenced, "vertices that no face names"),
             (self.n_degenerate, "faces without area"),
             (self.n_boundary, "edges at a boundary"),
             (self.n_non_manifold, "edges of more than two faces"),
+            (self.n_non_manifold_vertices, "vertices where several fans of faces meet"),
+            (self.n_inconsistent, "edges whose two faces disagree about the outside"),
         ]
     }
 }
