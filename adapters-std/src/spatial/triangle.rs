@@ -159,8 +159,9 @@ impl Sheared {
             return None;
         }
         let sum = u + v + w;
-        let barycentric = [u / sum, v / sum, w / sum];
-        let t = barycentric[0] * a[2] + barycentric[1] * b[2] + barycentric[2] * c[2];
+        // Adding 0 makes a positive zero of a negative one: equal places must compare as equal, bit by bit.
+        let barycentric = [u / sum + 0.0, v / sum + 0.0, w / sum + 0.0];
+        let t = barycentric[0] * a[2] + barycentric[1] * b[2] + barycentric[2] * c[2] + 0.0;
         (sum != 0.0 && t >= 0.0).then_some((t, barycentric))
     }
 }
