@@ -200,7 +200,7 @@ fn described(report: &CleanReport) -> String {
 /// Components that are listed for people.
 const LISTED: usize = 12;
 
-const COLUMNS: [&str; 21] = [
+const COLUMNS: [&str; 22] = [
     "file",
     "vertices",
     "faces",
@@ -221,11 +221,13 @@ const COLUMNS: [&str; 21] = [
     "components",
     "debris",
     "loops",
+    "genus",
     "outliers",
 ];
 
 fn row(input: &Path, report: &CleanReport) -> Vec<String> {
     let loops: usize = report.components.iter().map(|component| component.boundary_loops).sum();
+    let genus: u64 = report.components.iter().filter_map(|component| component.genus).sum();
     let counts = [
         report.before.vertices,
         report.before.faces,
@@ -246,6 +248,7 @@ fn row(input: &Path, report: &CleanReport) -> Vec<String> {
         report.components.len(),
         report.n_debris(),
         loops,
+        genus as usize,
         report.outliers.count,
     ];
     std::iter::once(shown(input)).chain(counts.iter().map(usize::to_string)).collect()

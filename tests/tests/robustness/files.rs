@@ -66,6 +66,13 @@ pub fn rows() -> Vec<Row> {
             [4, 2, 1, 1, 0],
             &[],
         ),
+        cleaned(
+            "OBJ, CRLF and comments",
+            "a.obj",
+            format!("# c\n{obj}\n# c\nf 1 2 3 4 # c\n").replace('\n', "\r\n"),
+            [4, 2, 1, 1, 0],
+            &[],
+        ),
         refused("OBJ, index out of range", "a.obj", format!("{obj}f 1 2 9\n"), &["line 5", "vertex 9", "has 4"]),
         refused("OBJ, negative index out of range", "a.obj", format!("{obj}f 1 2 -9\n"), &["line 5", "-9", "precede"]),
         refused("OBJ, index 0", "a.obj", format!("{obj}f 0 1 2\n"), &["line 5", "count from 1"]),

@@ -1,15 +1,19 @@
 //! Broken files, read and cleaned: the right result or an error that names the place. `--nocapture` prints the table.
 
 mod files;
+mod formats;
+mod frames;
 mod surfaces;
 mod table;
 
 use habitus::Error;
 use habitus::io::mesh::{ReadOptions, read_file};
+use habitus::mesh::clean::{CleanOptions, clean};
 
 fn rows() -> Vec<table::Row> {
     let mut rows = surfaces::rows();
     rows.extend(files::rows());
+    rows.extend(formats::rows());
     rows
 }
 
@@ -24,7 +28,7 @@ fn broken_files_give_the_right_mesh_or_a_named_error() {
             wrong.push(row.name);
         }
     }
-    assert!(rows().len() >= 40);
+    assert!(rows().len() >= 75);
     assert!(wrong.is_empty(), "other outcomes than expected: {wrong:?}");
 }
 
@@ -57,4 +61,27 @@ fn truncated_and_altered_files_give_a_sound_mesh_or_an_error_that_names_the_file
             }
         }
     }
+}
+
+#[test]
+fn what_is_no_file_is_an_error_that_names_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    std::fs::create_dir(folder.path().join("folder.ply")).expect("the temporary folder is writable");
+    for name in ["folder.ply", "missing.ply", "missing.obj", "missing.glb", "", "folder.ply/missing.off"] {
+        let error = read_file(folder.path().join(name), &ReadOptions::default()).expect_err("there is no such file");
+        println!("{name:24} | {error}");
+        assert!(error.to_string().contains(name), "{error}");
+        assert!(matches!(error, Error::Read { .. } | Error::Input(_)), "{name}: {error}");
+    }
+}
+
+#[test]
+fn labels_and_other_properties_stay_with_their_vertices() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("a.ply");
+    std::fs::write(&path, surfaces::labelled()).expect("the temporary folder is writable");
+    let file = read_file(&path, &ReadOptions::default()).expect("it is sound but for its vertices");
+    let mesh = clean(&file.mesh, &CleanOptions::default()).expect("it can be cleaned").mesh;
+    let values: Vec<_> = mesh.attributes.iter().map(|of| (of.name.as_str(), of.values.as_slice())).collect();
+    assert_eq!(values, [("label", &[1.0, 1.0, 2.0, 3.0][..]), ("quality", &[0.5, 0.25, 0.0, 4.0])]);
 }

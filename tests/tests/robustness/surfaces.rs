@@ -3,9 +3,11 @@
 use super::table::{Row, cleaned, refused};
 
 /// An OFF file.
-fn off(vertices: &[&str], faces: &[&str]) -> String {
-    let faces: Vec<String> = faces.iter().map(|face| format!("3 {face}\n")).collect();
-    format!("OFF\n{} {} 0\n{}\n{}", vertices.len(), faces.len(), vertices.join("\n"), faces.concat())
+fn off<S: AsRef<str>>(vertices: &[S], faces: &[S]) -> String {
+    let lines = |begin: &str, lines: &[S]| -> String {
+        lines.iter().map(|line| format!("{begin}{}\n", line.as_ref())).collect()
+    };
+    format!("OFF\n{} {} 0\n{}{}", vertices.len(), faces.len(), lines("", vertices), lines("3 ", faces))
 }
 
 const CORNERS: [&str; 4] = ["0 0 0", "1 0 0", "0 1 0", "0 0 1"];
@@ -134,5 +136,76 @@ pub fn rows() -> Vec<Row> {
             [9, 3, 3, 3, 0],
             &["2 vertices with several fans", "1 edges with more than two faces", "4 vertices added"],
         ),
+        cleaned(
+            "edge with four faces",
+            "a.off",
+            off(
+                &[&CORNERS[..], &["0 -1 0", "0 0 -1"]].concat(),
+                &[&OUTWARD[..], &["0 4 1", "0 1 5", "0 5 4", "1 4 5"]].concat(),
+            ),
+            [8, 8, 2, 0, 0],
+            &[
+                "2 vertices with several fans",
+                "1 edges with more than two faces cut, 1 of them into two sheets",
+                "2 vertices added",
+            ],
+        ),
+        cleaned("torus", "a.off", torus(8, 6), [48, 96, 1, 0, 1], &[]),
+        // The faces of a vertex that was pulled far out of a sheet: they go, and leave a hole.
+        cleaned(
+            "spikes to a stray vertex",
+            "a.off",
+            sheet(8, 40),
+            [80, 122, 1, 2, 0],
+            &["6 spikes removed", "1 vertices without a face that is left removed (40)"],
+        ),
+        cleaned(
+            "conflicting labels",
+            "a.ply",
+            labelled(),
+            [4, 2, 1, 1, 0],
+            &["2 vertices welded", "1 welded vertices had another \"label\""],
+        ),
     ]
+}
+
+/// Two triangles that have two corners each for themselves, of which one pair has the same label and the other has not.
+pub fn labelled() -> String {
+    let header = "ply\nformat ascii 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
+        property uchar label\nproperty float quality\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n";
+    let vertices = "0 0 0 1 0.5\n1 0 0 1 0.25\n1 1 0 2 0\n0 0 0 1 0.5\n1 1 0 7 0\n0 1 0 3 4\n";
+    format!("{header}{vertices}3 0 1 2\n3 3 4 5\n")
+}
+
+/// A torus of `n` times `m` quads, outwards.
+fn torus(n: u32, m: u32) -> String {
+    let turn = |i: u32, n: u32| std::f64::consts::TAU * f64::from(i) / f64::from(n);
+    let at = |i: u32, j: u32| {
+        let reach = 3.0 + turn(j, m).cos();
+        format!("{} {} {}", reach * turn(i, n).cos(), reach * turn(i, n).sin(), turn(j, m).sin())
+    };
+    let corner = |i: u32, j: u32| i % n * m + j % m;
+    let cells = || (0..n).flat_map(|i| (0..m).map(move |j| (i, j)));
+    let halves = |(i, j): (u32, u32)| {
+        let [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
+        [format!("{a} {b} {c}"), format!("{a} {c} {d}")]
+    };
+    let (vertices, faces): (Vec<_>, Vec<_>) =
+        (cells().map(|(i, j)| at(i, j)).collect(), cells().flat_map(halves).collect());
+    off(&vertices, &faces)
+}
+
+/// A flat sheet of `n` times `n` quads, one vertex of which lies far above.
+fn sheet(n: u32, stray: u32) -> String {
+    let vertices = (0..(n + 1) * (n + 1)).map(|vertex| {
+        let height = if vertex == stray { 60 } else { 0 };
+        format!("{} {} {height}", vertex % (n + 1), vertex / (n + 1))
+    });
+    let faces = (0..n * n).flat_map(|cell| {
+        let a = cell / n * (n + 1) + cell % n;
+        let (b, c, d) = (a + 1, a + n + 2, a + n + 1);
+        [format!("{a} {b} {c}"), format!("{a} {c} {d}")]
+    });
+    let (vertices, faces): (Vec<_>, Vec<_>) = (vertices.collect(), faces.collect());
+    off(&vertices, &faces)
 }

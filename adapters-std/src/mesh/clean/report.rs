@@ -109,7 +109,7 @@ pub struct CleanReport {
     pub non_manifold_edges: Finding<[u32; 2]>,
     /// How many of them were paired as two sheets that touch.
     pub paired_edges: usize,
-    /// Vertices with several fans of faces: one copy per fan.
+    /// Vertices with several fans of faces, the ends of cut edges among them: one copy per fan.
     pub non_manifold_vertices: Finding,
     /// Vertices that were added for them.
     pub added_vertices: usize,
