@@ -35,7 +35,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
-    fn of(points: impl Iterator<Item = DVec3>) -> Self {
+    pub fn of(points: impl Iterator<Item = DVec3>) -> Self {
         let (low, high) =
             points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         let centre = low * 0.5 + high * 0.5;
@@ -57,7 +57,7 @@ impl Frame {
         ((squared * self.scale * self.scale) as f32).next_up()
     }
 
-    fn bounds(&self, points: &[DVec3]) -> Bounds {
+    pub fn bounds(&self, points: &[DVec3]) -> Bounds {
         points.iter().fold(Bounds::NONE, |Bounds { low, high }, &p| {
             let p = self.local(p).map(|x| x as f32);
             Bounds {

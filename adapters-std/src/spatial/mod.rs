@@ -2,6 +2,7 @@
 
 mod bvh;
 pub mod frame_recovery;
+mod moments;
 mod order;
 mod partition;
 pub mod points;

@@ -228,7 +228,7 @@ impl TriangleTree {
 }
 
 /// The position if distances from it are finite.
-fn searchable(position: [f64; 3]) -> Option<DVec3> {
+pub(super) fn searchable(position: [f64; 3]) -> Option<DVec3> {
     position.iter().all(|x| x.abs() <= LARGEST).then(|| DVec3::from_array(position))
 }
 
