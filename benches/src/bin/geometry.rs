@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (effort, clouds, frequencies) = if has("--quick") {
         (Effort { rounds: 3, seconds: 1.0 }, vec![32, 100], vec![22, 71])
     } else {
-        (Effort { rounds: 9, seconds: 8.0 }, vec![32, 57, 100, 141, 316], vec![22, 40, 71, 141, 224])
+        (Effort { rounds: 7, seconds: 3.0 }, vec![32, 57, 100, 141, 316], vec![22, 40, 71, 141, 224])
     };
     let peers = if has("--alone") { Peers::none() } else { Peers::found(&THREADS) };
     let compiler = peers.compiler().map(str::to_owned);
