@@ -1,11 +1,9 @@
-//! The C++ program beside us: compiled when the measurement runs, asked over pipes so that samples alternate with ours.
+//! A program beside us: in C++ compiled when the measurement runs; asked over pipes so that samples alternate with ours.
 
 use std::error::Error;
 use std::io::{BufRead, BufReader, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-
-use crate::workload::Size;
 
 /// Flags of the C++ compiler.
 pub const FLAGS: [&str; 4] = ["-O3", "-march=native", "-std=c++17", "-pthread"];
@@ -19,28 +17,35 @@ pub struct Program {
 }
 
 impl Program {
-    /// Compiles `peer.cpp` with `$CXX`, else `c++`.
+    /// Compiles the source, which the file `name` has, with `$CXX`, else `c++`, and links the libraries.
     ///
     /// # Errors
     /// When there is no compiler, or it refuses.
-    pub fn compiled() -> Result<Self, Box<dyn Error>> {
+    pub fn compiled(name: &str, source: &str, libraries: &[&str]) -> Result<Self, Box<dyn Error>> {
         let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
         let folder = tempfile::tempdir()?;
-        let source = folder.path().join("peer.cpp");
-        std::fs::write(&source, include_str!("peer.cpp"))?;
+        let file = folder.path().join(name);
+        std::fs::write(&file, source)?;
         let path = folder.path().join("peer");
-        let status = Command::new(&compiler).args(FLAGS).arg(&source).arg("-o").arg(&path).status();
+        let status = Command::new(&compiler).args(FLAGS).arg(&file).arg("-o").arg(&path).args(libraries).status();
         if !status.map_err(|error| format!("{compiler}: {error}; set CXX to a C++ compiler"))?.success() {
-            return Err(format!("{compiler} refused peer.cpp").into());
+            return Err(format!("{compiler} refused {name}").into());
         }
         let version = Command::new(&compiler).arg("--version").output()?.stdout;
         let version = String::from_utf8_lossy(&version).lines().next().unwrap_or_default().to_owned();
         Ok(Program { path, _folder: folder, compiler: version })
     }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
 }
 
-/// The program running on the model of one size.
+/// A program that runs and waits for jobs.
 pub struct Peer {
+    /// What it has said of itself behind the word `ready`.
+    pub programs: String,
     child: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
@@ -57,20 +62,18 @@ pub struct Answer {
 }
 
 impl Peer {
-    /// Starts the program and waits until its model is made.
+    /// Starts a program and waits until its data are made.
     ///
     /// # Errors
     /// When it cannot be started or fails.
-    pub fn new(program: &Program, size: Size) -> Result<Self, Box<dyn Error>> {
-        let counts = [size.vertices, size.identity, size.pose].map(|count| count.to_string());
-        let mut child =
-            Command::new(&program.path).args(counts).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
+    pub fn started(mut command: Command) -> Result<Self, Box<dyn Error>> {
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn()?;
         let input = child.stdin.take().ok_or("no pipe to the peer")?;
         let output = BufReader::new(child.stdout.take().ok_or("no pipe from the peer")?);
-        let mut peer = Peer { child, input, output };
-        if peer.line()?.trim() != "ready" {
-            return Err("the C++ program did not start".into());
-        }
+        let mut peer = Peer { programs: String::new(), child, input, output };
+        let line = peer.line()?;
+        let programs = line.trim().strip_prefix("ready");
+        peer.programs = programs.ok_or_else(|| format!("{command:?} did not start"))?.to_owned();
         Ok(peer)
     }
 
@@ -93,7 +96,7 @@ impl Peer {
             [bytes, sum, seconds @ ..] if seconds.len() == samples => {
                 Ok(Answer { bytes: *bytes, sum: *sum, seconds: seconds.to_vec() })
             }
-            _ => Err(format!("the C++ program ended in job {job}").into()),
+            _ => Err(format!("the program has ended in job {job}").into()),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The points of a cloud that are nearest to a position: the kd-tree of the crate kiddo, with an order for equal distances.
 //!
-//! The crate leaves open which of several equally near points it returns. So its answer only says how far to look: all points at that
-//! distance are then looked at, and the smallest index wins.
+//! The crate leaves open which of several equally near points it returns. So where it finds two that are about equally near, its answer
+//! only says how far to look: all points at that distance are then looked at, and the smallest index wins.
 
 use std::num::NonZero;
 
@@ -17,6 +17,9 @@ const CHUNK: usize = 256;
 
 /// A squared distance times this includes all that have the same square root, and those that the crate rounds otherwise.
 const ROUNDING: f64 = 1.0 + 8.0 * f64::EPSILON;
+
+/// The nearest point and the next: that is little more work than the nearest alone, and less than to look for its equals afterwards.
+const TWO: NonZero<usize> = NonZero::<usize>::MIN.saturating_add(1);
 
 /// A point of the cloud and how far it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,8 +71,8 @@ impl PointTree {
         if !searchable(position) {
             return Neighbour { index: 0, distance: f64::NAN };
         }
-        let found = self.tree.query(&position).nearest_one::<SquaredEuclidean<f64>>().execute();
-        self.first_of_equals(position, self.neighbour(position, found.item))
+        let found = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(TWO).execute();
+        self.nearer(position, 0, found.iter().map(|found| (found.distance, found.item)))
     }
 
     /// [`Self::nearest`], found faster when it is not much farther than the point `hint`. The result does not depend on the hint; one
@@ -79,9 +82,8 @@ impl PointTree {
             return self.nearest(position);
         };
         let bound = squared(*point, position) * ROUNDING;
-        let query = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(NonZero::<usize>::MIN);
-        let found = query.within(bound).execute().first().map_or(hint, |found| found.item);
-        self.first_of_equals(position, self.neighbour(position, found))
+        let found = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(TWO).within(bound).execute();
+        self.nearer(position, hint, found.iter().map(|found| (found.distance, found.item)))
     }
 
     /// The `n` nearest points, or all when there are fewer, sorted by distance, then by index; none from a position that is not finite.
@@ -118,6 +120,17 @@ impl PointTree {
 
     fn neighbour(&self, position: [f64; 3], index: u32) -> Neighbour {
         Neighbour { index, distance: squared(self.points[index as usize], position).sqrt() }
+    }
+
+    /// The nearest point, when the crate has found these two, with their squared distances, nearest first; `otherwise` when it has found
+    /// none. Only where the second is hardly farther than the first are there equals to look for.
+    fn nearer(&self, position: [f64; 3], otherwise: u32, mut found: impl Iterator<Item = (f64, u32)>) -> Neighbour {
+        let Some((squared, index)) = found.next() else {
+            return self.first_of_equals(position, self.neighbour(position, otherwise));
+        };
+        let nearest = self.neighbour(position, index);
+        let is_alone = found.next().is_none_or(|(second, _)| second > squared * ROUNDING * ROUNDING);
+        if is_alone { nearest } else { self.first_of_equals(position, nearest) }
     }
 
     /// The point with the smallest index among those as near as `nearest`, to which none is nearer.

@@ -146,14 +146,25 @@ impl TriangleTree {
     /// [`Self::closest`] of each position, over all threads, faster than one by one: positions are taken in an order in which the
     /// result of one is a good hint for the next.
     pub fn closest_all(&self, positions: &[[f64; 3]]) -> Vec<Closest> {
+        self.closest_along_curve(positions, |_| None)
+    }
+
+    /// [`Self::closest_from`] of each position and its hint, over all threads, in the order of [`Self::closest_all`]; where there is no
+    /// hint, the position before gives one.
+    pub fn closest_all_from(&self, positions: &[[f64; 3]], hints: &[u32]) -> Vec<Closest> {
+        self.closest_along_curve(positions, |index| self.slots.get(*hints.get(index)? as usize).copied())
+    }
+
+    fn closest_along_curve(&self, positions: &[[f64; 3]], hint: impl Fn(usize) -> Option<u32> + Sync) -> Vec<Closest> {
         let order = along_curve(positions);
         let found: Vec<Vec<Closest>> = order
             .par_chunks(CHUNK)
             .map(|chunk| {
-                let mut hint = None;
+                let mut previous = None;
                 let closest = chunk.iter().map(|&index| {
-                    let closest = self.found(DVec3::from_array(positions[index as usize]), hint);
-                    hint = Some(self.slots[closest.face as usize]);
+                    let position = DVec3::from_array(positions[index as usize]);
+                    let closest = self.found(position, hint(index as usize).or(previous));
+                    previous = Some(self.slots[closest.face as usize]);
                     closest
                 });
                 closest.collect()
@@ -164,13 +175,6 @@ impl TriangleTree {
             placed[index as usize] = at as u32;
         }
         placed.iter().map(|&at| found[at as usize / CHUNK][at as usize % CHUNK]).collect()
-    }
-
-    /// [`Self::closest_from`] of each position and its hint, over all threads; a position without a hint is searched without one.
-    pub fn closest_all_from(&self, positions: &[[f64; 3]], hints: &[u32]) -> Vec<Closest> {
-        let hint = |index: usize| self.slots.get(*hints.get(index)? as usize).copied();
-        let indexed = positions.par_iter().enumerate().with_min_len(CHUNK);
-        indexed.map(|(index, &position)| self.found(DVec3::from_array(position), hint(index))).collect()
     }
 
     pub(super) fn bvh(&self) -> &Bvh {

@@ -9,10 +9,12 @@
 
 use std::error::Error;
 use std::hint::black_box;
+use std::process::Command;
 use std::time::Instant;
 
 use habitus::evaluate::{evaluate_parallel, linearise_parallel, prepared};
 use habitus_benches::peer::{FLAGS, Peer, Program};
+use habitus_benches::samples::{Times, load};
 use habitus_benches::workload::{BIG, ModelMemory, SMALL, Size};
 use habitus_core::format::Mode;
 use habitus_core::generator::prepared::prepared_req;
@@ -21,24 +23,6 @@ use serde_json::json;
 
 /// Calls at the start of a round that do not count.
 const WARM_UP: usize = 6;
-
-/// Best and median of samples, milliseconds.
-#[derive(Debug, Clone, Copy)]
-struct Times {
-    best: f64,
-    median: f64,
-}
-
-impl Times {
-    fn of(mut seconds: Vec<f64>) -> Self {
-        seconds.sort_by(f64::total_cmp);
-        Times { best: 1e3 * seconds[0], median: 1e3 * seconds[seconds.len() / 2] }
-    }
-
-    fn scaled(self, factor: f64) -> Self {
-        Times { best: factor * self.best, median: factor * self.median }
-    }
-}
 
 /// What the command line asks for.
 struct Plan {
@@ -84,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => vec![1, 2],
     };
     let plan = Plan { shift: usize::from(has("--unaligned")), rounds, threads, job: value("--job") };
-    let program = Program::compiled()?;
+    let program = Program::compiled("peer.cpp", include_str!("../peer.cpp"), &[])?;
     let mut rows = Vec::new();
     if !has("--only-big") {
         measure(&program, SMALL, &plan, 40, &mut rows)?;
@@ -110,7 +94,9 @@ fn measure(
 ) -> Result<(), Box<dyn Error>> {
     let memory = ModelMemory::new(size, plan.shift);
     let model = memory.generator();
-    let mut peer = Peer::new(program, size)?;
+    let mut command = Command::new(program.path());
+    command.args([size.vertices, size.identity, size.pose].map(|count| count.to_string()));
+    let mut peer = Peer::started(command)?;
     let (blocks, dim) = (model.block_count(), model.dim());
     let weights = Weights { identity: &memory.identity, pose: &memory.pose };
     let free = Weights { identity: &[], pose: &memory.pose };
@@ -244,10 +230,4 @@ fn print_json(rows: &[Row], program: &Program) {
         .collect();
     let report = json!({ "compiler": program.compiler, "flags": FLAGS, "load": load(), "rows": rows });
     println!("{report:#}");
-}
-
-/// Load average of the last minute where the system tells it.
-fn load() -> String {
-    let text = std::fs::read_to_string("/proc/loadavg").unwrap_or_default();
-    text.split_whitespace().next().unwrap_or("unknown").to_owned()
 }
