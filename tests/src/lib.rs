@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 pub mod data;
+pub mod gltf_files;
 pub mod small_model;
 pub mod vectors;
 

@@ -17,6 +17,7 @@ mod figures;
 mod firmware;
 mod fused;
 mod fuzz;
+mod gltf;
 mod golden;
 mod header;
 mod hosts;
@@ -66,6 +67,8 @@ enum Command {
     NoPanic,
     /// Feeds hostile inputs to every reader and compares the kernel with its reference, for a short time.
     Fuzz(fuzz::Options),
+    /// Has the Khronos validator judge files of everything that our glTF writer can write.
+    Gltf(gltf::Options),
     /// Builds the documentation with warnings as errors.
     Docs,
     /// Writes include/habitus.h from the crate in ffi/, and what JavaScript must know of it; with --check, fails when a committed file differs.
@@ -91,6 +94,7 @@ fn main() -> ExitCode {
         Command::Web => wasm::web(),
         Command::NoPanic => no_panic::run(),
         Command::Fuzz(options) => fuzz::run(&options),
+        Command::Gltf(options) => gltf::run(&options),
         Command::Docs => docs::run(),
         Command::Header(options) => header::run(&options),
         Command::Install(options) => install::run(&options),
