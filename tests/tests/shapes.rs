@@ -1,7 +1,4 @@
 //! Decimation, distance fields, isosurfaces and normals of clouds on real bodies and scans.
-
-use std::collections::BTreeMap;
-
 use habitus::io::mesh;
 use habitus::mesh::decimation::{DecimationOptions, decimated};
 use habitus::mesh::{Mesh, Topology};

@@ -116,7 +116,8 @@ impl Ticks {
     /// At most `most + 1` multiples of 1, 2 or 5 times a power of ten from `low` to `high`; the two ends where there are none.
     fn between(low: f64, high: f64, most: usize) -> Self {
         let span = high - low;
-        if !(span > 1e-290 && span < 1e290) || !(span > 1e-12 * low.abs().max(high.abs())) {
+        let is_divisible = span > 1e-290 && span < 1e290 && span > 1e-12 * low.abs().max(high.abs());
+        if !is_divisible {
             return Ticks { values: vec![low], step: 0.0 };
         }
         let least = span / most.max(1) as f64;

@@ -102,7 +102,8 @@ impl WindingTree {
                 areas.len()
             )));
         }
-        let dipole = |(index, ((&position, &normal), &area)): (usize, ((&[f64; 3], &[f64; 3]), &f64))| {
+        let dipole = |index: usize| {
+            let (position, normal, area) = (positions[index], normals[index], areas[index]);
             let sound = (0.0..=LARGEST * LARGEST).contains(&area) && normal.iter().all(|x| x.is_finite());
             match searchable(position) {
                 Some(point) if sound => Ok(Dipole { point, area: DVec3::from_array(unit(normal)) * area }),
@@ -111,8 +112,7 @@ impl WindingTree {
                 ))),
             }
         };
-        let dipoles: Result<Vec<Dipole>, Error> =
-            positions.iter().zip(normals).zip(areas).enumerate().map(dipole).collect();
+        let dipoles: Result<Vec<Dipole>, Error> = (0..n).map(dipole).collect();
         let (nodes, points) = tree(dipoles?);
         Ok(WindingTree { nodes, pieces: Pieces::Points(points) })
     }

@@ -94,8 +94,9 @@ impl Surface {
             1 => self.n_faces_at(u, a) > 1 || self.n_faces_at(v, a) > 1,
             // An inner edge between two places of the boundary, or an edge of a tetrahedron.
             _ => {
-                !(self.is_boundary[u as usize] && self.is_boundary[v as usize])
-                    && !(self.has_face(u, a, b) && self.has_face(v, a, b))
+                let between_boundaries = self.is_boundary[u as usize] && self.is_boundary[v as usize];
+                let of_tetrahedron = self.has_face(u, a, b) && self.has_face(v, a, b);
+                !between_boundaries && !of_tetrahedron
             }
         }
     }

@@ -199,7 +199,7 @@ mod tests {
         // Random points come within a hundredth of this; the paper reports about 0.7 for sets in the plane.
         assert!(closest > 0.6 * largest, "{}", closest / largest);
         let grid = (0..400).map(|i| [0.05 + 0.1 * f64::from(i % 20), 0.05 + 0.1 * f64::from(i / 20), 0.0]);
-        let widest = grid.map(|p| nearest(p)).fold(0.0, f64::max);
+        let widest = grid.map(nearest).fold(0.0, f64::max);
         assert!(widest < 1.3 * largest, "{}", widest / largest);
         assert_eq!(points, poisson_disk_points(&square(), n, 3).unwrap());
         assert!(poisson_disk_points(&square(), 0, 3).unwrap().is_empty());

@@ -47,8 +47,8 @@ fn read_attributes(
 ) -> Result<Vertices, String> {
     let position = attributes.wanted("POSITION")?;
     let keep = options.non_finite == NonFinite::Keep;
-    let mut vertices = Vertices::default();
-    vertices.positions = vectors(document, position, None, keep).within(|| "POSITION".into())?;
+    let positions = vectors(document, position, None, keep).within(|| "POSITION".into())?;
+    let mut vertices = Vertices { positions, ..Vertices::default() };
     let n = vertices.positions.len();
     for (key, value) in attributes.entries() {
         let mut attribute = || -> Result<(), String> {

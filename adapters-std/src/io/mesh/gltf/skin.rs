@@ -151,7 +151,10 @@ fn agree(a: DAffine3, b: DAffine3, reach: f64, tolerance: f64) -> bool {
     largest(a.matrix3 - b.matrix3) <= tolerance * linear && (a.translation - b.translation).length() <= shift
 }
 
-/// For each vertex the joints that move it, as positions in the skin's list, and their weights.
+/// The joints that move a vertex, as positions in the skin's list, and their weights.
+type Influences = Vec<(u32, f64)>;
+
+/// The influences of each vertex.
 ///
 /// Also the number of vertices whose weights had to be divided by their sum, because it was not 1.
 pub(super) fn influences(
@@ -159,8 +162,8 @@ pub(super) fn influences(
     attributes: Object<'_>,
     n_vertices: usize,
     slots: &[u32],
-) -> Result<(Vec<Vec<(u32, f64)>>, usize), String> {
-    let mut influences: Vec<Vec<(u32, f64)>> = vec![Vec::new(); n_vertices];
+) -> Result<(Vec<Influences>, usize), String> {
+    let mut influences: Vec<Influences> = vec![Vec::new(); n_vertices];
     for set in 0..=MAX_SETS {
         let (joints_key, weights_key) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
         let (joints, weights) = match (attributes.whole(&joints_key)?, attributes.whole(&weights_key)?) {

@@ -120,7 +120,8 @@ impl Growing {
     ) -> Accessor {
         let n_bytes = component.size() * type_.multiplicity();
         // Vertices begin at multiples of four bytes.
-        let stride = (target == Some(Target::ArrayBuffer) && n_bytes % 4 != 0).then(|| n_bytes.next_multiple_of(4));
+        let stride =
+            (target == Some(Target::ArrayBuffer) && !n_bytes.is_multiple_of(4)).then(|| n_bytes.next_multiple_of(4));
         let view = self.view(start, stride, target);
         Accessor {
             buffer_view: Some(view),
