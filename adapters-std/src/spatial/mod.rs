@@ -2,8 +2,11 @@
 
 mod bvh;
 pub mod frame_recovery;
+mod holes;
+pub mod inside;
 mod moments;
 mod order;
+mod orientation;
 mod partition;
 pub mod points;
 mod pseudo_normals;
@@ -14,6 +17,7 @@ mod triangle;
 pub mod triangles;
 pub mod winding;
 
+pub use inside::{InsideOptions, InsideTest, Side, Sided};
 pub use points::{Neighbour, PointTree};
 pub use triangles::{Closest, Feature, Ray, RayHit, TriangleTree};
 pub use winding::WindingTree;

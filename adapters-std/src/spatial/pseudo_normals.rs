@@ -77,17 +77,34 @@ impl PseudoNormals {
     /// The pseudo-normal of a part of a face, and whether the part lies on the boundary: on an edge with one face, or on a vertex of
     /// such an edge.
     pub fn at(&self, face: usize, feature: Feature, triangle: &[DVec3; 3]) -> ([f64; 3], bool) {
+        let normal = match feature {
+            Feature::Face => face_normal(triangle).to_array(),
+            Feature::Edge(side) => self.edges[self.edge(face, side)],
+            Feature::Vertex(corner) => self.vertices[self.vertex(face, corner)],
+        };
+        (normal, self.is_boundary(face, feature))
+    }
+
+    /// Whether a part of a face lies on the boundary.
+    pub fn is_boundary(&self, face: usize, feature: Feature) -> bool {
         match feature {
-            Feature::Face => (face_normal(triangle).to_array(), false),
-            Feature::Edge(side) => {
-                let edge = self.face_edges[face][usize::from(side)] as usize;
-                (self.edges[edge], self.boundary_edges[edge])
-            }
-            Feature::Vertex(corner) => {
-                let vertex = self.faces[face][usize::from(corner)] as usize;
-                (self.vertices[vertex], self.boundary_vertices[vertex])
-            }
+            Feature::Face => false,
+            Feature::Edge(side) => self.boundary_edges[self.edge(face, side)],
+            Feature::Vertex(corner) => self.boundary_vertices[self.vertex(face, corner)],
         }
+    }
+
+    fn edge(&self, face: usize, side: u8) -> usize {
+        self.face_edges[face][usize::from(side)] as usize
+    }
+
+    fn vertex(&self, face: usize, corner: u8) -> usize {
+        self.faces[face][usize::from(corner)] as usize
+    }
+
+    /// The vertices of a face.
+    pub fn vertices(&self, face: u32) -> [u32; 3] {
+        self.faces[face as usize]
     }
 
     /// The bytes that it occupies.

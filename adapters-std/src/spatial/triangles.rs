@@ -186,6 +186,16 @@ impl TriangleTree {
         (&self.triangles[slot], self.faces[slot])
     }
 
+    /// The vertices of a face.
+    pub(super) fn vertices(&self, face: u32) -> [u32; 3] {
+        self.normals.vertices(face)
+    }
+
+    /// Whether the surface ends at this part of a face ([`Closest::on_boundary`]).
+    pub(super) fn ends_at(&self, face: u32, feature: Feature) -> bool {
+        self.normals.is_boundary(face as usize, feature)
+    }
+
     fn found(&self, p: DVec3, hint: Option<u32>) -> Closest {
         if searchable(p.to_array()).is_none() {
             let nowhere = Best { squared: f64::NAN, face: 0, slot: self.slots[0] as usize };

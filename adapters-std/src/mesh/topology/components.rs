@@ -73,7 +73,7 @@ pub struct Components {
 
 /// What hangs together over edges with two faces; of a manifold these are the components.
 #[derive(Debug, Clone)]
-pub(in crate::mesh) struct Patches {
+pub(crate) struct Patches {
     /// The patch of each face, numbered by their first faces; `u32::MAX` for faces without a part in the connections.
     pub of_face: Vec<u32>,
     /// Whether a face must be turned to agree with the first of its patch. Means nothing in a patch without orientation.
@@ -157,7 +157,7 @@ impl Topology {
     }
 
     /// The patches and how their faces must be turned to agree.
-    pub(in crate::mesh) fn patches(&self) -> Patches {
+    pub(crate) fn patches(&self) -> Patches {
         let n = self.faces.len();
         let mut patches = Patches { of_face: vec![NONE; n], is_turned: vec![false; n], is_orientable: Vec::new() };
         let mut waiting = Vec::new();

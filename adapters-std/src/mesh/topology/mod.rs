@@ -7,7 +7,7 @@ mod components;
 mod fans;
 mod loops;
 
-pub(in crate::mesh) use components::Patches;
+pub(crate) use components::Patches;
 pub use components::{Component, Components, NoGenus};
 pub use fans::Fan;
 
