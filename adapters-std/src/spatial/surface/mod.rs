@@ -7,11 +7,13 @@
 //! inverse at short range. Directions at mesh vertices are intrinsic: the angles of the faces round a vertex are scaled so that they sum
 //! to a full turn, or to half a turn on the boundary.
 //!
-//! Back end: [`MeshSurface`]. [`IntrinsicTriangulation`] is the triangulation on which operators of a mesh are built.
+//! Two back ends: [`MeshSurface`] and [`CloudSurface`]. [`IntrinsicTriangulation`] is the triangulation on which operators of a mesh
+//! are built.
 //!
 //! Source: Part I, sections 1.1-1.5 and 2.4.
 
 mod angles;
+mod cloud;
 mod glue;
 mod intrinsic;
 mod log;
@@ -20,6 +22,7 @@ mod mesh;
 mod shapes;
 
 pub use angles::wrapped;
+pub use cloud::{CloudSurface, SoupTriangle};
 pub use intrinsic::IntrinsicTriangulation;
 pub use mesh::MeshSurface;
 
