@@ -8,7 +8,7 @@
 //! to a full turn, or to half a turn on the boundary.
 //!
 //! Two back ends: [`MeshSurface`] and [`CloudSurface`]. [`IntrinsicTriangulation`] is the triangulation on which operators of a mesh
-//! are built.
+//! are built; [`PartialMap`] stores a map from one surface to another.
 //!
 //! Source: Part I, sections 1.1-1.5 and 2.4.
 
@@ -18,6 +18,7 @@ mod glue;
 mod intrinsic;
 mod log;
 mod mesh;
+mod partial_map;
 #[cfg(test)]
 mod shapes;
 
@@ -25,6 +26,7 @@ pub use angles::wrapped;
 pub use cloud::{CloudSurface, SoupTriangle};
 pub use intrinsic::IntrinsicTriangulation;
 pub use mesh::MeshSurface;
+pub use partial_map::{Entry, Orientation, OrientedPair, PartialMap, RejectReason};
 
 pub use crate::mesh::sampling::SurfacePoint;
 
