@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use super::super::angles::{angle_of, carried, wrapped};
 use super::super::{CloudPoint, Frame, LONGEST, Location, Stop, Trace};
@@ -50,7 +51,7 @@ impl CloudSurface {
     /// the mean of their heights along their own normals is too high; so the two are averaged.
     fn plane(&self, p: DVec3, anchor: u32) -> (f64, DVec3) {
         let around = super::Surface::neighbours(self, anchor).iter().map(|edge| edge.j);
-        let mut near: Vec<(f64, u32)> = std::iter::once(anchor)
+        let mut near: SmallVec<[(f64, u32); 32]> = std::iter::once(anchor)
             .chain(around)
             .map(|point| (self.points[point as usize].distance_squared(p), point))
             .collect();

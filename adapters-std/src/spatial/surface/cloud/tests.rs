@@ -263,6 +263,18 @@ fn repeated_paths_have_the_same_bits_and_odd_ones_do_not_begin() {
 }
 
 #[test]
+fn any_number_of_threads_makes_the_same_surface() {
+    let cloud = random_sphere(2000, 7);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let surface = pool.install(|| surface(&cloud));
+        let (areas, spacings) = (surface.areas.clone(), surface.spacings.clone());
+        (surface.edges.clone(), surface.triangles.clone(), areas, spacings, surface.trace(&surface.sample(7), 0.4, 3.0))
+    };
+    assert_eq!(on(1), on(3));
+}
+
+#[test]
 fn what_is_no_surface_is_refused_with_the_remedy() {
     let message = |spoil: fn(&mut Mesh)| {
         let mut cloud = spiral_sphere(50);

@@ -278,4 +278,22 @@ proptest! {
         let backwards = surface.trace(&there.end, angle + there.turn, -length);
         prop_assert!(place(&surface, &backwards.end).distance(place(&surface, &back.end)) < 1e-8);
     }
+    #[test]
+    fn every_path_on_odd_terrain_ends_on_it(
+        heights in prop::collection::vec(-2.0..2.0_f64, 49),
+        shear in prop_oneof![Just(0.0), Just(1e3), Just(1e6)],
+        squeeze in prop_oneof![Just(1.0), Just(1e-6), Just(1e-9)],
+        (x, y) in (0.01..0.99_f64, 0.01..0.99_f64), angle in -PI..PI, length in prop_oneof![0.0..3.0_f64, 0.0..1e5_f64],
+    ) {
+        let mut terrain = square(6);
+        for (p, height) in terrain.positions.iter_mut().zip(heights) {
+            *p = [p[0] + shear * p[1], squeeze * p[1], height * squeeze];
+        }
+        let surface = surface(&terrain);
+        let from = surface.locate([x + shear * y, squeeze * y, 0.0]);
+        let trace = surface.trace(&from, angle, length);
+        prop_assert!(place(&surface, &trace.end).is_finite() && trace.turn.is_finite());
+        prop_assert!(trace.length >= 0.0 && trace.length <= length);
+        prop_assert!(trace.stopped.is_some() || trace.length == length);
+    }
 }
