@@ -13,6 +13,7 @@ mod pseudo_normals;
 mod rays;
 #[cfg(test)]
 mod samples;
+pub mod surface;
 mod triangle;
 pub mod triangles;
 pub mod winding;
