@@ -1,6 +1,7 @@
 //! Where things are: the nearest point of a cloud, the closest point of a mesh, rays, inside and outside.
 
 mod bvh;
+pub mod cloud_normals;
 pub mod frame_recovery;
 mod moments;
 mod order;
@@ -14,6 +15,7 @@ mod triangle;
 pub mod triangles;
 pub mod winding;
 
+pub use cloud_normals::{CloudNormalOptions, CloudNormals, Outside, cloud_normals};
 pub use points::{Neighbour, PointTree};
 pub use triangles::{Closest, Feature, Ray, RayHit, TriangleTree};
 pub use winding::WindingTree;
