@@ -1,6 +1,7 @@
 //! Where things are: the nearest point of a cloud, the closest point of a mesh, rays, inside and outside.
 
 mod bvh;
+pub mod cloud_normals;
 pub mod frame_recovery;
 mod holes;
 pub mod inside;
@@ -19,6 +20,7 @@ pub mod triangles;
 pub mod winding;
 
 pub use inside::{InsideOptions, InsideTest, Side, Sided};
+pub use cloud_normals::{CloudNormalOptions, CloudNormals, Outside, cloud_normals};
 pub use points::{Neighbour, PointTree};
 pub use triangles::{Closest, Feature, Ray, RayHit, TriangleTree};
 pub use winding::WindingTree;
