@@ -180,11 +180,17 @@ fn size(mesh: &Mesh) -> Size {
 }
 
 fn clean_cloud(draft: &mut Draft<'_>, options: &CleanOptions, report: &mut CleanReport) -> Result<(), Error> {
-    report.scale = scale::scale(draft);
-    report.weld_distance = options.weld.map_or(1e-7 * report.scale, |distance| distance * draft.factor);
-    let welded_to = weld::weld(&draft.positions, &draft.is_alive, report.weld_distance);
-    let settled = draft.settle(&welded_to, &vec![false; draft.positions.len()]);
-    note_settled(draft, &settled, report);
+    // The extent is that of most points: where many lay at one place it is another once they are one.
+    for _ in 0..MAX_PASSES {
+        report.scale = scale::scale(draft);
+        report.weld_distance = options.weld.map_or(1e-7 * report.scale, |distance| distance * draft.factor);
+        let welded_to = weld::weld(&draft.positions, &draft.is_alive, report.weld_distance);
+        let settled = draft.settle(&welded_to, &vec![false; draft.positions.len()]);
+        note_settled(draft, &settled, report);
+        if settled.welded.is_empty() {
+            break;
+        }
+    }
     let points: Vec<u32> = (0..draft.now.len() as u32).filter(|&point| draft.is_alive[point as usize]).collect();
     let positions: Vec<_> = points.iter().map(|&point| draft.positions[point as usize]).collect();
     for outlier in outliers::outliers(&positions, options.outlier_factor)? {
