@@ -15,7 +15,7 @@ pub(crate) fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8]
     let mut rest = Some(bytes);
     let lines = std::iter::from_fn(move || {
         let bytes = rest?;
-        let Some(length) = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r')) else { return rest.take() };
+        let Some(length) = memchr::memchr2(b'\n', b'\r', bytes) else { return rest.take() };
         let end = &bytes[length..];
         rest = end.strip_prefix(b"\r\n").or(end.get(1..));
         Some(&bytes[..length])
@@ -25,8 +25,8 @@ pub(crate) fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8]
 
 /// The line without its comment, which begins with `#` unless that is the one of `1.#INF` and its like.
 pub(crate) fn without_comment(line: &[u8]) -> &[u8] {
-    let begins = |at: &usize| line[*at] == b'#' && !line[..*at].ends_with(b"1.");
-    let length = (0..line.len()).find(begins).unwrap_or(line.len());
+    let begins = |at: &usize| !line[..*at].ends_with(b"1.");
+    let length = memchr::memchr_iter(b'#', line).find(begins).unwrap_or(line.len());
     &line[..length]
 }
 
@@ -65,9 +65,49 @@ pub(crate) fn shown(word: &[u8]) -> String {
 }
 
 /// The word as a number, or `None` when it is no number or not a finite one.
+#[inline]
 pub(crate) fn real(word: &[u8]) -> Option<f64> {
+    if let Some(value) = short_decimal(word) {
+        return Some(value);
+    }
     let value: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
     value.is_finite().then_some(value)
+}
+
+/// Powers of ten that an `f64` holds exactly, as many as a short decimal can have digits.
+const TENS: [f64; 17] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16];
+
+/// The number of a word of at most 17 digits and a point without an exponent, as most are, when its digits are an integer below
+/// 2^53: then one division of two exact numbers rounds right (Clinger, How to read floating point numbers accurately, 1990,
+/// section 5).
+#[inline]
+fn short_decimal(word: &[u8]) -> Option<f64> {
+    let (is_negative, digits) = match word {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.len() > TENS.len() {
+        return None;
+    }
+    let (mut integer, mut n_digits, mut n_before_point) = (0_u64, 0, None);
+    for &byte in digits {
+        let digit = byte.wrapping_sub(b'0');
+        if digit < 10 {
+            integer = 10 * integer + u64::from(digit);
+            n_digits += 1;
+        } else if byte == b'.' && n_before_point.is_none() {
+            n_before_point = Some(n_digits);
+        } else {
+            return None;
+        }
+    }
+    if n_digits == 0 || integer > 1 << 53 {
+        return None;
+    }
+    let n_decimals = n_digits - n_before_point.unwrap_or(n_digits);
+    let value = integer as f64 / TENS.get(n_decimals)?;
+    Some(if is_negative { -value } else { value })
 }
 
 /// The word as a number that may also be infinite or no number, in the spellings of C and of Microsoft's C: `-nan`,
@@ -88,7 +128,13 @@ pub(crate) fn any_real(word: &[u8]) -> Option<f64> {
 }
 
 /// The word as an integer.
-pub(crate) fn integer<T: std::str::FromStr>(word: &[u8]) -> Option<T> {
+#[inline]
+pub(crate) fn integer<T: std::str::FromStr + TryFrom<u64>>(word: &[u8]) -> Option<T> {
+    // Without a sign and short enough not to overflow, as nearly all are.
+    if (1..=19).contains(&word.len()) && word.iter().all(u8::is_ascii_digit) {
+        let value = word.iter().fold(0_u64, |value, byte| 10 * value + u64::from(byte - b'0'));
+        return T::try_from(value).ok();
+    }
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
@@ -190,12 +236,29 @@ mod tests {
     }
 
     #[test]
+    fn integers_of_every_length_are_those_of_the_standard_library() {
+        for word in
+            ["0", "007", "+5", "-5", "", "-", "+", "255", "256", "18446744073709551615", "18446744073709551616", "1x"]
+        {
+            assert_eq!(integer::<u8>(word.as_bytes()), word.parse().ok(), "{word}");
+            assert_eq!(integer::<i64>(word.as_bytes()), word.parse().ok(), "{word}");
+            assert_eq!(integer::<u64>(word.as_bytes()), word.parse().ok(), "{word}");
+        }
+    }
+
+    #[test]
     fn shown_words_are_short_and_printable() {
         assert_eq!(shown(b"ab\x07"), "ab\u{FFFD}");
         assert_eq!(shown(&[b'x'; 99]).chars().count(), 41);
     }
 
     proptest! {
+        #[test]
+        fn short_decimals_are_those_of_the_standard_library(word in "[-+]?[0-9]{0,10}[.]?[0-9]{0,10}(e[0-9])?") {
+            let expected = word.parse::<f64>().ok().map(f64::to_bits);
+            prop_assert_eq!(real(word.as_bytes()).map(f64::to_bits), expected);
+        }
+
         #[test]
         fn written_numbers_read_back_with_equal_bits(value in any::<f64>().prop_filter("finite", |x| x.is_finite())) {
             let mut text = Vec::new();

@@ -4,6 +4,7 @@ mod area;
 pub mod attribute;
 #[cfg(feature = "models")]
 pub mod clean;
+#[cfg(feature = "models")]
 pub mod decimation;
 #[cfg(feature = "models")]
 pub mod field;

@@ -19,8 +19,8 @@ mod triangle;
 pub mod triangles;
 pub mod winding;
 
-pub use inside::{InsideOptions, InsideTest, Side, Sided};
 pub use cloud_normals::{CloudNormalOptions, CloudNormals, Outside, cloud_normals};
+pub use inside::{InsideOptions, InsideTest, Side, Sided};
 pub use points::{Neighbour, PointTree};
 pub use triangles::{Closest, Feature, Ray, RayHit, TriangleTree};
 pub use winding::WindingTree;

@@ -1,7 +1,9 @@
 //! The rows of geometry in the table of performance: spatial search, mesh files and cleaning, from ten thousand to a million elements,
 //! ours and others in one run, in turns.
 //!
-//! `cargo run --release -p habitus-benches --bin geometry -- [--json] [--quick] [--alone] [--only points|triangles|winding|files|cleaning]`
+//! `cargo run --release -p habitus-benches --bin geometry -- [--json | --markdown] [--quick] [--alone] [--only SUBJECT]`
+//!
+//! Subjects: `points`, `triangles`, `winding`, `files`, `cleaning`, `scan`, `decimation`. `--markdown` gives the section of `RESULTS.md`.
 //!
 //! Others are taken as far as they are installed: nanoflann and CGAL (headers, and a C++ compiler: `CXX`), Open3D for Embree (`PYTHON`);
 //! `--alone` leaves them out. `--quick` stops at a hundred thousand faces.
@@ -9,6 +11,7 @@
 use std::error::Error;
 
 use habitus_benches::geometry::peers::Peers;
+use habitus_benches::geometry::report::{Circumstances, section};
 use habitus_benches::geometry::table::{Row, markdown};
 use habitus_benches::geometry::{Plan, cleaning, files, memory, search};
 use habitus_benches::samples::{Effort, load};
@@ -20,12 +23,14 @@ const THREADS: [usize; 2] = [1, 2];
 type Subject = fn(&Plan, &mut Vec<Row>) -> Result<(), Box<dyn Error>>;
 
 /// What is measured, in this order.
-const SUBJECTS: [(&str, Subject); 5] = [
+const SUBJECTS: [(&str, Subject); 7] = [
     ("points", search::points),
     ("triangles", search::triangles),
     ("winding", search::winding),
     ("files", files::files),
     ("cleaning", cleaning::cleaning),
+    ("scan", cleaning::scan),
+    ("decimation", cleaning::decimation),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -50,7 +55,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let peers = if has("--alone") { Peers::none() } else { Peers::found(&THREADS) };
     let compiler = peers.compiler().map(str::to_owned);
     let plan = Plan { effort, clouds, frequencies, threads: THREADS.to_vec(), peers };
-    let mut rows = Vec::new();
+    let (before, mut rows) = (load(), Vec::new());
     for (name, subject) in SUBJECTS {
         if only.flatten().is_none_or(|only| only == name) {
             eprintln!("{name}, load {}", load());
@@ -60,6 +65,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if has("--json") {
         let rows: Vec<_> = rows.iter().map(Row::json).collect();
         println!("{:#}", json!({ "compiler": compiler, "load": load(), "rows": rows }));
+    } else if has("--markdown") {
+        let arguments = arguments.join(" ");
+        print!("{}", section(&rows, &Circumstances { arguments, compiler, load: [before, load()] }));
     } else {
         println!("C++: {}; load {}\n\n{}", compiler.as_deref().unwrap_or("none"), load(), markdown(&rows));
     }

@@ -4,6 +4,7 @@ pub mod cleaning;
 pub mod files;
 pub mod memory;
 pub mod peers;
+pub mod report;
 pub mod search;
 pub mod table;
 pub mod workload;

@@ -101,7 +101,7 @@ fn line_text(rows: &[&Row], sizes: &[usize]) -> String {
 }
 
 /// Three digits.
-fn short(x: f64) -> String {
+pub(super) fn short(x: f64) -> String {
     let decimals = if x < 1.0 {
         3
     } else if x < 10.0 {

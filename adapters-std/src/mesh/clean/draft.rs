@@ -40,9 +40,9 @@ pub(super) struct Settled {
 impl<'a> Draft<'a> {
     pub fn new(input: &'a Mesh) -> Self {
         let n = input.positions.len() as u32;
-        // A vertex that is not finite will go, and its other coordinates must not count.
-        let finite = input.positions.iter().filter(|p| p.iter().all(|x| x.is_finite()));
-        let largest = finite.flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+        // Of a vertex that will be removed no coordinate counts: without it the rest must be cleaned in the same way.
+        let stays = |position: &&[f64; 3]| position.iter().all(|x| x.is_finite());
+        let largest = input.positions.iter().filter(stays).flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
         // The fourth power of 2^230, as in the square of an area, is far from overflow; so is that of its inverse.
         let far = 2.0_f64.powi(230);
         let factor = if largest > far {

@@ -128,13 +128,15 @@ pub fn clean(mesh: &Mesh, options: &CleanOptions) -> Result<Cleaned, Error> {
     check(mesh, options)?;
     let mut report = CleanReport { before: size(mesh), ..CleanReport::default() };
     let mut draft = Draft::new(mesh);
+    let mut topology = None;
     non_finite::remove_non_finite(&mut draft, &mut report);
     if mesh.faces.is_empty() {
         clean_cloud(&mut draft, options, &mut report)?;
     } else {
         non_finite::remove_unreferenced(&mut draft, &mut report, options.keep_unreferenced);
         for _ in 0..MAX_PASSES {
-            if !pass(&mut draft, options, &mut report) {
+            topology = pass(&mut draft, options, &mut report);
+            if topology.is_some() {
                 break;
             }
         }
@@ -145,7 +147,7 @@ pub fn clean(mesh: &Mesh, options: &CleanOptions) -> Result<Cleaned, Error> {
     if is_gone {
         return Err(nothing_left(&report));
     }
-    Ok(finished(&draft, options, report))
+    Ok(finished(&draft, topology, options, report))
 }
 
 /// What cleaning cannot repair: parts that do not belong together, and options that make no sense.
@@ -207,8 +209,9 @@ fn clean_cloud(draft: &mut Draft<'_>, options: &CleanOptions, report: &mut Clean
     Ok(())
 }
 
-/// One round of all steps for meshes. Returns whether anything changed that could make another round find something.
-fn pass(draft: &mut Draft<'_>, options: &CleanOptions, report: &mut CleanReport) -> bool {
+/// One round of all steps for meshes. Returns the connections of what is left, but for the sense of the faces, unless something
+/// changed that could make another round find something.
+fn pass(draft: &mut Draft<'_>, options: &CleanOptions, report: &mut CleanReport) -> Option<Topology> {
     draft.before.clone_from(&draft.faces);
     let mut was_named = vec![false; draft.positions.len()];
     draft.faces.iter().flatten().for_each(|&vertex| was_named[vertex as usize] = true);
@@ -233,7 +236,12 @@ fn pass(draft: &mut Draft<'_>, options: &CleanOptions, report: &mut CleanReport)
     }
     let settled = draft.settle(&welded_to, &was_named);
     note_settled(draft, &settled, report);
-    again || !settled.welded.is_empty() || !settled.orphaned.is_empty()
+    // Vertices that were welded to one at the very same place move nothing: no length, no area, no distance is another.
+    let moved = |&[old, new]: &[u32; 2]| draft.positions[old as usize] != draft.positions[new as usize];
+    again |= settled.welded.iter().any(moved) || !settled.orphaned.is_empty();
+    // What components are kept is asked in a round that welds nothing, and new copies are cut once more.
+    again |= !settled.welded.is_empty() && (options.keep != Keep::All || !draft.twins.is_empty());
+    (!again).then_some(topology)
 }
 
 fn note_settled(draft: &Draft<'_>, settled: &Settled, report: &mut CleanReport) {
@@ -269,8 +277,8 @@ fn nothing_left(report: &CleanReport) -> Error {
     })
 }
 
-/// The result with all its maps.
-fn finished(draft: &Draft<'_>, options: &CleanOptions, mut report: CleanReport) -> Cleaned {
+/// The result with all its maps. `topology` is that of the last pass, when it left nothing to do.
+fn finished(draft: &Draft<'_>, topology: Option<Topology>, options: &CleanOptions, mut report: CleanReport) -> Cleaned {
     let input = draft.input;
     let mut number = vec![NONE; draft.positions.len()];
     let mut old_of_vertex = Vec::new();
@@ -291,7 +299,7 @@ fn finished(draft: &Draft<'_>, options: &CleanOptions, mut report: CleanReport) 
         }
     }
     if !mesh.faces.is_empty() {
-        let topology = Topology::new(mesh.positions.len(), &mesh.faces);
+        let topology = topology.unwrap_or_else(|| draft.topology());
         orient::note_unorientable(draft, &topology.patches(), &mut report);
         report.components = components::described(&mesh, &topology, &draft.old_of_face, options.debris);
     }

@@ -1,8 +1,5 @@
 //! Vertices at the same place become one.
 
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
-
 use glam::DVec3;
 
 use super::NONE;
@@ -18,62 +15,85 @@ pub(super) fn weld(positions: &[DVec3], takes_part: &[bool], distance: f64) -> V
     let taking_part = || (0..positions.len()).filter(|&vertex| takes_part[vertex]);
     let Some(first) = taking_part().next() else { return welded_to };
     let low = taking_part().fold(positions[first], |low, vertex| low.min(positions[vertex]));
-    let n = taking_part().count();
-    let mut newest =
-        HashMap::<[i64; 3], u32, BuildHasherDefault<CellHasher>>::with_capacity_and_hasher(n, Default::default());
-    let mut previous = vec![NONE; positions.len()];
+    let mut grid = Grid::new(taking_part().count(), positions.len());
     let width = 8.0 * distance;
-    // Without a distance a cell is a position; adding 0.0 makes the two zeros one.
-    let cell_at = |x: f64| if width > 0.0 { (x / width).floor() as i64 } else { (x + 0.0).to_bits() as i64 };
-    let cell = |p: DVec3| [cell_at(p.x), cell_at(p.y), cell_at(p.z)];
     for vertex in taking_part() {
-        let place = if width > 0.0 { positions[vertex] - low } else { positions[vertex] };
-        let (begin, end) = (cell(place - distance), cell(place + distance));
+        let p = positions[vertex];
+        if !(width > 0.0) {
+            // A cell is a position; adding 0.0 makes the two zeros one.
+            let cell = (p + 0.0).to_array().map(|x| x.to_bits() as i64);
+            match grid.first(cell, |other| positions[other] == p) {
+                NONE => grid.insert(cell, vertex as u32),
+                found => welded_to[vertex] = found,
+            }
+            continue;
+        }
+        // Not below 0, so that the cast is the floor; what is a little below 0 has no neighbour there.
+        let cell = |place: DVec3| (place / width).to_array().map(|x| x as i64);
+        let (place, reach) = (p - low, 1.001 * distance);
+        let (begin, end) = (cell(place - reach), cell(place + reach));
+        // Axis by axis first: of small numbers the squares are 0.
+        let is_near = |other: usize| {
+            let away = positions[other] - p;
+            away.abs().max_element() <= distance && away.length() <= distance
+        };
         let mut found = NONE;
         for x in begin[0]..=end[0] {
             for y in begin[1]..=end[1] {
                 for z in begin[2]..=end[2] {
-                    let mut candidate = newest.get(&[x, y, z]).copied().unwrap_or(NONE);
-                    while candidate != NONE {
-                        if candidate < found && positions[candidate as usize].distance(positions[vertex]) <= distance {
-                            found = candidate;
-                        }
-                        candidate = previous[candidate as usize];
-                    }
+                    found = found.min(grid.first([x, y, z], is_near));
                 }
             }
         }
-        if found != NONE {
-            welded_to[vertex] = found;
-        } else if let Some(before) = newest.insert(cell(place), vertex as u32) {
-            previous[vertex] = before;
+        match found {
+            NONE => grid.insert(cell(place), vertex as u32),
+            found => welded_to[vertex] = found,
         }
     }
     welded_to
 }
 
-/// A short mixing of three cell numbers; the standard one takes as long as all else together.
-#[derive(Default)]
-struct CellHasher(u64);
+/// Vertices by cells. Cells share a bucket where their numbers mix to the same; whoever asks looks at the vertices themselves.
+struct Grid {
+    /// The last vertex of each bucket; a power of two of them.
+    last: Vec<u32>,
+    /// The vertex in the bucket before each vertex.
+    previous: Vec<u32>,
+    shift: u32,
+}
 
-impl Hasher for CellHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_u64(u64::from(byte));
+impl Grid {
+    /// For so many vertices of all, of which many will be welded.
+    fn new(n: usize, n_all: usize) -> Self {
+        let n_buckets = (n / 2).next_power_of_two().max(16);
+        Grid { last: vec![NONE; n_buckets], previous: vec![NONE; n_all], shift: 64 - n_buckets.trailing_zeros() }
+    }
+
+    fn bucket(&self, cell: [i64; 3]) -> usize {
+        // Odd multipliers and a rotation spread every bit over the upper end, from which the bucket is taken.
+        let mixed = cell
+            .iter()
+            .fold(0_u64, |mixed, &number| (mixed.rotate_left(23) ^ number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+        ((mixed ^ mixed >> 32).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> self.shift) as usize
+    }
+
+    /// The first vertex in the cell for which `is_wanted` holds, or [`NONE`].
+    fn first(&self, cell: [i64; 3], is_wanted: impl Fn(usize) -> bool) -> u32 {
+        let (mut first, mut candidate) = (NONE, self.last[self.bucket(cell)]);
+        while candidate != NONE {
+            // Later ones come first.
+            if is_wanted(candidate as usize) {
+                first = candidate;
+            }
+            candidate = self.previous[candidate as usize];
         }
+        first
     }
 
-    fn write_u64(&mut self, value: u64) {
-        // An odd multiplier and a rotation spread every bit over the upper half, from which the last step takes.
-        self.0 = (self.0.rotate_left(23) ^ value).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-
-    fn write_i64(&mut self, value: i64) {
-        self.write_u64(value as u64);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0 ^ self.0 >> 32
+    fn insert(&mut self, cell: [i64; 3], vertex: u32) {
+        let bucket = self.bucket(cell);
+        self.previous[vertex as usize] = self.last[bucket];
+        self.last[bucket] = vertex;
     }
 }
 

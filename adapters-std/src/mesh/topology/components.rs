@@ -1,6 +1,6 @@
 //! Connected components and what is known of each: counts, Euler number, orientability, genus.
 
-use super::{EdgeClass, NONE, Topology};
+use super::{EdgeClass, NONE, Topology, sides};
 
 /// Why a component has no genus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -171,9 +171,10 @@ impl Topology {
             waiting.push(first as u32);
             while let Some(face) = waiting.pop() {
                 let side = patches.is_turned[face as usize];
-                for edge in self.face_edges[face as usize] {
+                let around = sides(self.faces[face as usize]).into_iter().zip(self.face_edges[face as usize]);
+                for ([from, to], edge) in around {
                     let Some(next) = self.across(edge, face) else { continue };
-                    let wanted = side ^ (self.runs_upwards(face, edge) == self.runs_upwards(next, edge));
+                    let wanted = side ^ ((from < to) == self.runs_upwards(next, edge));
                     if patches.of_face[next as usize] == NONE {
                         patches.of_face[next as usize] = number;
                         patches.is_turned[next as usize] = wanted;

@@ -7,6 +7,7 @@ mod components;
 mod fans;
 mod loops;
 
+#[cfg(feature = "models")]
 pub(crate) use components::Patches;
 pub use components::{Component, Components, NoGenus};
 pub use fans::Fan;
