@@ -55,7 +55,7 @@ fn degrees_between(a: &Matrix, b: &Matrix) -> f64 {
 }
 
 /// Results of trials.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone, Copy)]
 struct Counts {
     right: usize,
     refused: usize,
@@ -101,13 +101,17 @@ fn trial(template: &FrameTemplate, case: &Case, unit: Unit, stored: AxisTurn, co
 /// Some rotations between axes: as stored, z up, lying, half turns, others.
 const STORED: [usize; 6] = [0, 5, 9, 13, 18, 22];
 
-fn table(cases: &(FrameTemplate, Vec<Case>), chosen: impl Fn(usize, usize, usize) -> bool) -> Counts {
-    let mut counts = Counts::default();
+/// Units in which scans come.
+const UNITS: [Unit; 4] = [Unit::Metre, Unit::Centimetre, Unit::Inch, Unit::Millimetre];
+
+/// The outcomes for each of the units, over the scans and rotations that are chosen by their numbers.
+fn table(cases: &(FrameTemplate, Vec<Case>), chosen: impl Fn(usize, usize, usize) -> bool) -> [Counts; 4] {
+    let mut counts = [Counts::default(); 4];
     for (number, case) in cases.1.iter().enumerate() {
-        for (u, unit) in [Unit::Metre, Unit::Centimetre, Unit::Inch, Unit::Millimetre].into_iter().enumerate() {
+        for (u, unit) in UNITS.into_iter().enumerate() {
             for (t, turn) in STORED.into_iter().enumerate() {
                 if chosen(number, u, t) {
-                    trial(&cases.0, case, unit, AxisTurn::all()[turn], &mut counts);
+                    trial(&cases.0, case, unit, AxisTurn::all()[turn], &mut counts[u]);
                 }
             }
         }
@@ -115,25 +119,40 @@ fn table(cases: &(FrameTemplate, Vec<Case>), chosen: impl Fn(usize, usize, usize
     counts
 }
 
+fn sum(counts: &[Counts]) -> Counts {
+    counts.iter().fold(Counts::default(), |sum, of| Counts {
+        right: sum.right + of.right,
+        refused: sum.refused + of.refused,
+        wrong: sum.wrong + of.wrong,
+    })
+}
+
 #[test]
 fn frames_of_some_scans_are_found() {
     let Some(data) = dir_or_skip("frames_of_some_scans_are_found") else { return };
     // The scan with loose hair, stored in inches, and a body that faces -z and lacks a hand, in metres.
     for (cases, chosen) in [(faces(&data), (9, 2, 1)), (bodies(&data), (5, 0, 4))] {
-        let counts = table(&cases, |scan, unit, turn| (scan, unit, turn) == chosen);
+        let counts = sum(&table(&cases, |scan, unit, turn| (scan, unit, turn) == chosen));
         assert_eq!((counts.right, counts.wrong), (1, 0), "{counts:?}");
     }
 }
 
+/// Every scan from every rotation, in a unit that changes from scan to scan and from rotation to rotation.
+///
 /// `cargo test --release -p habitus-tests --test frames -- --ignored --nocapture` prints the table.
 #[test]
 #[ignore = "takes minutes"]
 fn frames_of_all_scans_are_found() {
     let Some(data) = dir_or_skip("frames_of_all_scans_are_found") else { return };
-    for cases in [faces(&data), bodies(&data)] {
-        let counts = table(&cases, |_, unit, turn| unit == turn % 4);
-        println!("{counts:?}");
-        assert_eq!(counts.wrong, 0);
+    let kinds = [("faces", faces(&data)), ("bodies", bodies(&data))];
+    let tables = kinds.map(|(kind, cases)| (kind, table(&cases, |scan, unit, turn| unit == (turn + scan) % 4)));
+    println!("{:8} {:4} {:>6} {:>8} {:>6}", "scans", "unit", "right", "refused", "wrong");
+    for (kind, counts) in tables {
+        let symbols = UNITS.map(Unit::symbol).into_iter().chain(["all"]);
+        for (symbol, Counts { right, refused, wrong }) in symbols.zip(counts.into_iter().chain([sum(&counts)])) {
+            println!("{kind:8} {symbol:4} {right:6} {refused:8} {wrong:6}");
+        }
+        assert_eq!(sum(&counts).wrong, 0);
     }
 }
 

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::{Value, json};
 
+use super::clean_frame::{FrameArgs, restored};
+use super::clean_normals::NormalsArgs;
 use super::{Console, shown};
 use crate::Error;
 use crate::io::atomic;
@@ -43,6 +45,10 @@ pub(super) struct CleanArgs {
     /// Remove the outliers of a cloud, which else are only reported
     #[arg(long)]
     remove_outliers: bool,
+    #[command(flatten)]
+    normals: NormalsArgs,
+    #[command(flatten)]
+    frame: FrameArgs,
     /// Write everything that was found and changed, with the old number of each vertex and face
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
@@ -72,18 +78,37 @@ pub(super) fn run(args: &CleanArgs, console: &Console) -> Result<(), Error> {
     if let [input] = &args.inputs[..] {
         return one(input, args, &options, console);
     }
-    if args.output.is_some() || args.report.is_some() {
-        return Err(Error::input("several inputs give a table; for -o or --report give one input"));
+    if args.output.is_some() || args.report.is_some() || args.normals.is_given() || args.frame.is_given() {
+        return Err(Error::input(
+            "several inputs give a table; for -o, --report, --normals or --template give one input",
+        ));
     }
     table(&args.inputs, &options, console)
 }
 
 /// Cleans one file; writes it where asked.
 fn one(input: &Path, args: &CleanArgs, options: &CleanOptions, console: &Console) -> Result<(), Error> {
-    let (file, cleaned) = cleaned(input, options, console)?;
+    let (file, mut cleaned) = cleaned(input, options, console)?;
     let mut text = format!("{}: {}", input.display(), described(&cleaned.report));
+    let mut object = object(input, &cleaned.report);
+    // Before there are other normals: those turned outwards would not tell a scan from its mirror image.
+    let frame = of(input, args.frame.of(&cleaned.mesh, console))?;
+    if args.normals.is_given() {
+        let (normals, line, found) = of(input, args.normals.of(&cleaned.mesh, console))?;
+        cleaned.mesh.normals = normals;
+        text += &line;
+        object["normals"] = found;
+    }
+    if let Some((_, line, found)) = &frame {
+        text += line;
+        object["frame"] = found.clone();
+    }
     if let Some(output) = &args.output {
         let file = carried(file, &cleaned);
+        let file = match &frame {
+            Some((frame, ..)) => restored(file, frame),
+            None => file,
+        };
         for left_out in write_file(output, &file, &WriteOptions::default())? {
             console.warn(&format!("{}: not written: {left_out}", output.display()));
         }
@@ -100,7 +125,6 @@ fn one(input: &Path, args: &CleanArgs, options: &CleanOptions, console: &Console
         });
         atomic::write(path, whole.to_string().as_bytes())?;
     }
-    let mut object = object(input, &cleaned.report);
     object["output"] = args.output.as_deref().map(shown).into();
     console.result(&text, object)
 }
@@ -132,11 +156,16 @@ fn cleaned(input: &Path, options: &CleanOptions, console: &Console) -> Result<(M
     for left_out in &file.left_out {
         console.warn(&format!("{}: not kept: {left_out}", input.display()));
     }
-    let cleaned = clean(&file.mesh, options).map_err(|error| match error {
+    let cleaned = of(input, clean(&file.mesh, options))?;
+    Ok((file, cleaned))
+}
+
+/// The result of work on a file, whose name an error of its content lacks.
+fn of<T>(input: &Path, result: Result<T, Error>) -> Result<T, Error> {
+    result.map_err(|error| match error {
         Error::Input(problem) => Error::Input(format!("{}: {problem}", input.display())),
         other => other,
-    })?;
-    Ok((file, cleaned))
+    })
 }
 
 /// The file with the cleaned mesh, its morph targets and joints led to the new vertices.

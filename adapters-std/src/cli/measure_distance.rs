@@ -51,7 +51,7 @@ pub(super) struct DistanceArgs {
     max: Option<f64>,
 }
 
-fn positive(text: &str) -> Result<f64, String> {
+pub(super) fn positive(text: &str) -> Result<f64, String> {
     let number = text.trim().parse().ok().filter(|number: &f64| *number > 0.0 && number.is_finite());
     number.ok_or_else(|| format!("{text:?} is not a positive number"))
 }

@@ -1,8 +1,11 @@
 //! The command line `habitus VERB [OBJECT] INPUT... -o OUTPUT`: one file per verb, no algorithm in it.
 
 mod clean;
+mod clean_frame;
+mod clean_normals;
 mod console;
 mod convert;
+mod convert_shape;
 mod demo;
 mod export;
 mod generate;
@@ -51,7 +54,7 @@ enum Verb {
     Validate(validate::ValidateArgs),
     /// Write a model's content for other programs
     Export(export::ExportArgs),
-    /// Write a mesh or point cloud in another format
+    /// Write a mesh or point cloud in another format, with other triangles, or as points
     Convert(convert::ConvertArgs),
     /// Make procedural data with known truth
     #[command(subcommand)]

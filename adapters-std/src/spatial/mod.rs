@@ -2,6 +2,7 @@
 
 mod bvh;
 pub mod cloud_normals;
+pub mod distance_field;
 pub mod frame_recovery;
 mod holes;
 pub mod inside;
@@ -20,6 +21,7 @@ pub mod triangles;
 pub mod winding;
 
 pub use cloud_normals::{CloudNormalOptions, CloudNormals, Outside, cloud_normals};
+pub use distance_field::{Inside, SignedDistanceOptions, remeshed, signed_distances};
 pub use inside::{InsideOptions, InsideTest, Side, Sided};
 pub use points::{Neighbour, PointTree};
 pub use triangles::{Closest, Feature, Ray, RayHit, TriangleTree};

@@ -69,6 +69,14 @@ impl Points {
         Self::of(reflected(&self.all), reflected(&self.normals), self.even.clone())
     }
 
+    /// The mean distance of the evenly spread points from their nearest others: the part of a residual that comes from where the
+    /// points happen to lie.
+    pub fn spacing(&self) -> f64 {
+        let others =
+            self.even(self.even.len()).map(|(_, p)| self.tree.nearest_n(p, 2).last().map_or(0.0, |near| near.distance));
+        others.sum::<f64>() / self.even.len() as f64
+    }
+
     fn even(&self, n: usize) -> impl Iterator<Item = (usize, [f64; 3])> {
         self.even.iter().take(n).map(|&index| (index as usize, self.all[index as usize]))
     }

@@ -34,6 +34,9 @@ const FINEST: Effort = Effort { n_points: 400, max_steps: 150, settled: 1e-6 };
 /// The mirror image must fit this much better than the scan for the scan to count as mirrored, and the scan this much better
 /// than its mirror image to count as not: no person is quite symmetric.
 const MIRROR_SEPARATION: f64 = 0.8;
+/// Residuals that differ by less than this part of the spacing of the points are equal: a ball laid on itself leaves residuals of a
+/// spacing in any rotation, which differ by some hundredths.
+const NOISE: f64 = 0.1;
 /// Normals agree, or are opposite, when at least this part of them does.
 const MOST_NORMALS: f64 = 0.75;
 
@@ -191,7 +194,8 @@ impl FrameTemplate {
         let reflected = self.candidates(&mirrored, true, options.separation);
         recovery.normals_agree =
             candidates.first().and_then(|best| normals_agree(&points, &self.points, &best.motion, FINE.n_points));
-        recovery.outcome = self.judged(unit, &candidates, &reflected, recovery.normals_agree, options);
+        let noise = NOISE * points.spacing().max(self.points.spacing());
+        recovery.outcome = self.judged(unit, &candidates, &reflected, recovery.normals_agree, noise, options);
         candidates.extend(reflected);
         candidates.sort_by(|a, b| a.residual().total_cmp(&b.residual()));
         recovery.candidates = candidates;
@@ -240,6 +244,7 @@ impl FrameTemplate {
         candidates: &[FrameCandidate],
         reflected: &[FrameCandidate],
         normals: Option<f64>,
+        noise: f64,
         options: &FrameOptions,
     ) -> Result<Frame, String> {
         let (Some(best), Some(mirror)) = (candidates.first(), reflected.first()) else {
@@ -261,7 +266,7 @@ impl FrameTemplate {
             ));
         }
         if let Some(second) = candidates.get(1)
-            && !(residual <= options.separation * second.residual())
+            && !(residual <= options.separation * second.residual() && residual + noise <= second.residual())
         {
             return Err(format!(
                 "the axes of the scan cannot be told: two rotations fit about as well ({}; {}); turn the scan by hand",
