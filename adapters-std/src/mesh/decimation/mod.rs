@@ -190,8 +190,12 @@ impl Work {
         }
         while self.surface.n_faces > options.n_faces {
             let Some(entry) = queue.pop() else { break };
-            let Entry { edge: [u, v], stamps, place, error, .. } = entry;
-            if stamps != [self.stamps[u as usize], self.stamps[v as usize]] || !(error <= options.max_error) {
+            let Entry { edge: [u, v], stamp, .. } = entry;
+            if stamp != self.stamp(u, v) {
+                continue;
+            }
+            let (place, error, _) = self.outcome(u, v);
+            if !(error <= options.max_error) {
                 continue;
             }
             if !self.surface.may_collapse(u, v) || !self.surface.keeps_shape(u, v, place) {
@@ -206,6 +210,16 @@ impl Work {
     }
 
     fn entry(&self, u: u32, v: u32) -> Entry {
+        Entry { cost: self.outcome(u, v).2, edge: [u, v], stamp: self.stamp(u, v) }
+    }
+
+    /// Another one once either vertex has changed: stamps only grow.
+    fn stamp(&self, u: u32, v: u32) -> u64 {
+        u64::from(self.stamps[u as usize]) + u64::from(self.stamps[v as usize])
+    }
+
+    /// Where the vertex goes into which the edge collapses, its error, and the cost by which edges are ordered.
+    fn outcome(&self, u: u32, v: u32) -> (DVec3, f64, f64) {
         let quadric = self.quadrics[u as usize].plus(&self.quadrics[v as usize]);
         let [a, b] = [u, v].map(|vertex| self.surface.positions[vertex as usize]);
         // A vertex of the boundary is not drawn along it by one beside it.
@@ -217,7 +231,7 @@ impl Work {
         let sum = quadric.at(place);
         let error = if quadric.weight > 0.0 { (sum / quadric.weight).sqrt() } else { 0.0 };
         let cost = error * error + LENGTH_WEIGHT * a.distance_squared(b);
-        Entry { cost, edge: [u, v], stamps: [self.stamps[u as usize], self.stamps[v as usize]], place, error }
+        (place, error, cost)
     }
 
     fn collapse(&mut self, u: u32, v: u32, place: DVec3) {
@@ -256,13 +270,12 @@ impl Work {
     }
 }
 
-/// An edge in the queue; the one with the smallest cost is the largest, of equal ones that with the smallest vertices.
+/// An edge in the queue; the one with the smallest cost is the largest, of equal ones that with the smallest vertices. It is small,
+/// since the queue takes most of the time; what else is known of the edge is computed again when its turn comes.
 struct Entry {
     cost: f64,
     edge: [u32; 2],
-    stamps: [u32; 2],
-    place: DVec3,
-    error: f64,
+    stamp: u64,
 }
 
 impl Ord for Entry {
