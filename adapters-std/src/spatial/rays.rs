@@ -75,7 +75,7 @@ impl TriangleTree {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::spatial::samples::{bumpy_sphere, lattice_faces, lattice_positions};
+    use crate::spatial::samples::{bumpy_sphere, lattice_faces, lattice_positions, wild_positions};
     use proptest::prelude::*;
 
     /// All hits, from every triangle in turn.
@@ -110,6 +110,26 @@ mod tests {
                 prop_assert_eq!(tree.first_hit(origin, direction, longest), first);
                 prop_assert_eq!(tree.first_hit_all(&[Ray { origin, direction, longest }]), vec![first]);
             }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn hits_from_afar_are_those_of_every_triangle_in_turn(
+            positions in wild_positions(),
+            faces in lattice_faces(),
+            to in 0_usize..12,
+            direction in prop::array::uniform3(-1.0_f64..1.0),
+            distance in prop_oneof![Just(1.0), Just(1e9), Just(1e15), Just(1e40)],
+            scale in prop_oneof![Just(1.0), Just(1e-40), Just(1e20)],
+        ) {
+            let tree = TriangleTree::new(&positions, &faces).expect("faces fit");
+            // Through a vertex, but for rounding.
+            let origin = std::array::from_fn(|k| positions[to][k] - distance * direction[k]);
+            let direction = direction.map(|x| x * scale);
+            let all = slowly(&positions, &faces, origin, direction);
+            prop_assert_eq!(tree.hits(origin, direction), all.clone());
+            prop_assert_eq!(tree.first_hit(origin, direction, f64::INFINITY), all.first().copied());
         }
     }
 

@@ -45,3 +45,10 @@ pub fn lattice_positions() -> impl Strategy<Value = Vec<[f64; 3]>> {
 pub fn lattice_faces() -> impl Strategy<Value = Vec<[u32; 3]>> {
     prop::collection::vec(prop::array::uniform3(0_u32..12), 1..40)
 }
+
+/// Vertices as [`lattice_positions`], each stretched on its own by up to twelve orders of magnitude.
+pub fn wild_positions() -> impl Strategy<Value = Vec<[f64; 3]>> {
+    let stretch = prop_oneof![Just(1.0), Just(1.0), Just(1e-6), Just(1e-3), Just(1e3), Just(1e6)];
+    let position = (prop::array::uniform3(-3_i8..4), stretch);
+    prop::collection::vec(position.prop_map(|(p, stretch)| p.map(|x| f64::from(x) * stretch)), 12)
+}

@@ -1,5 +1,5 @@
 use super::*;
-use crate::spatial::samples::{bumpy_sphere, lattice_faces, lattice_positions};
+use crate::spatial::samples::{bumpy_sphere, lattice_faces, lattice_positions, wild_positions};
 use proptest::prelude::*;
 
 /// The face, from every triangle in turn, and its squared distance.
@@ -35,6 +35,28 @@ proptest! {
         }
         prop_assert_eq!(&tree.closest_all(&queries), &found);
         prop_assert_eq!(&tree.closest_all_from(&queries, &[0, 1, 2]), &found);
+    }
+}
+
+proptest! {
+    #[test]
+    fn the_closest_of_triangles_of_all_sizes_is_that_of_every_triangle_in_turn(
+        positions in wild_positions(),
+        faces in lattice_faces(),
+        queries in prop::collection::vec(prop::array::uniform3(-6_i8..7), 1..20),
+        stretch in prop_oneof![Just(1.0), Just(1e-6), Just(1e5), Just(1e12), Just(1e69)],
+    ) {
+        let queries: Vec<[f64; 3]> = queries.into_iter().map(|p| p.map(|x| f64::from(x) * stretch)).collect();
+        let tree = TriangleTree::new(&positions, &faces).expect("faces fit");
+        let found = tree.closest_all(&queries);
+        for (&p, closest) in queries.iter().zip(&found) {
+            let (face, squared) = slowly(&positions, &faces, p);
+            prop_assert_eq!((closest.face, closest.distance), (face, squared.sqrt()));
+            prop_assert_eq!(&tree.closest_from(p, 0), closest);
+            let [u, v, w] = closest.barycentric;
+            prop_assert!([u, v, w].iter().all(|x| (0.0..=1.0).contains(x)) && (u + v + w - 1.0).abs() < 1e-14);
+            prop_assert!(closest.signed_distance(p).is_finite());
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! Winding numbers against the sum over all triangles, and on clouds.
 
 use super::*;
-use crate::spatial::samples::{bumpy_sphere, lattice_faces, lattice_positions};
+use crate::spatial::samples::{bumpy_sphere, lattice_faces, lattice_positions, wild_positions};
 use proptest::prelude::*;
 
 fn exactly(positions: &[[f64; 3]], faces: &[[u32; 3]], p: [f64; 3]) -> f64 {
@@ -47,6 +47,23 @@ proptest! {
             let number = tree.at(p.map(|x| x * scale));
             prop_assert!((number - exact).abs() < 0.02, "{scale}: {number} {exact}");
         }
+    }
+}
+
+proptest! {
+    #[test]
+    fn numbers_of_triangles_of_all_sizes_are_near_the_exact_sum(positions in wild_positions(), faces in lattice_faces(), p in prop::array::uniform3(-5.3_f64..5.3), stretch in prop_oneof![Just(1.0), Just(1e-6), Just(1e5), Just(1e12), Just(1e69)]) {
+        let p = p.map(|x| x * stretch);
+        let tree = WindingTree::of_mesh(&positions, &faces).expect("faces fit");
+        let (number, exact) = (tree.at(p), exactly(&positions, &faces, p));
+        prop_assert!((number - exact).abs() < 0.02, "{number} {exact}");
+    }
+
+    #[test]
+    fn numbers_on_the_surface_are_numbers(positions in lattice_positions(), faces in lattice_faces(), p in prop::array::uniform3(-3_i8..4)) {
+        let tree = WindingTree::of_mesh(&positions, &faces).expect("faces fit");
+        let number = tree.at(p.map(f64::from));
+        prop_assert!(number.abs() <= 0.5 * faces.len() as f64 + 0.02, "{number}");
     }
 }
 
