@@ -232,8 +232,7 @@ fn what_is_no_oriented_manifold_is_refused_with_the_remedy() {
     let message = |spoil: fn(&mut Mesh)| {
         let mut mesh = square(2);
         spoil(&mut mesh);
-        let message = MeshSurface::new(&mesh).expect_err("must fail").to_string();
-        message
+        MeshSurface::new(&mesh).expect_err("must fail").to_string()
     };
     for (spoil, expected) in [
         ((|m| m.faces[0].swap(0, 1)) as fn(&mut Mesh), "disagree about the outside"),
