@@ -14,6 +14,8 @@ struct Walks {
     missed: Vec<f64>,
     /// The share of ends of paths of 3 spacings that the logarithm finds again, to a hundredth of a spacing.
     found: f64,
+    /// The share that it does not find at all.
+    lost: f64,
     stopped: usize,
     microseconds: f64,
 }
@@ -25,7 +27,7 @@ fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
 fn walks(surface: &dyn Surface) -> Walks {
     let h = surface.spacing();
     let n = surface.n_samples() as u32;
-    let (mut missed, mut stopped, mut found, mut asked) = (Vec::new(), 0, 0, 0);
+    let (mut missed, mut stopped, mut found, mut lost, mut asked) = (Vec::new(), 0, 0, 0, 0);
     let mut seconds = 0.0;
     for step in 0..500_u32 {
         let (from, angle) = (surface.sample((u64::from(step) * 7919 % u64::from(n)) as u32), f64::from(step) * 2.4);
@@ -44,10 +46,18 @@ fn walks(surface: &dyn Surface) -> Walks {
         if let Some([x, y]) = surface.local_log(&from, &near, 6.0 * h) {
             let end = surface.trace(&from, y.atan2(x), x.hypot(y)).end;
             found += u32::from(distance(place(&end), place(&near)) < 0.01 * h);
+        } else {
+            lost += 1;
         }
     }
     missed.sort_by(f64::total_cmp);
-    Walks { missed, found: f64::from(found) / f64::from(asked), stopped, microseconds: seconds / 500.0 * 1e6 }
+    Walks {
+        missed,
+        found: f64::from(found) / f64::from(asked),
+        lost: f64::from(lost) / f64::from(asked),
+        stopped,
+        microseconds: seconds / 500.0 * 1e6,
+    }
 }
 
 fn at(sorted: &[f64], share: f64) -> f64 {
@@ -60,7 +70,7 @@ fn tell(name: &str, surface: &dyn Surface, seconds: f64) -> Walks {
     let walks = walks(surface);
     println!(
         "{name}: {n} samples in {seconds:.2} s, h {:.2}, area {:.0}, {} components, {:.1} % on the border; 5 h paths: {:.1} us, \
-         {} of 500 stop, back to {:.1e} / {:.1e} / {:.1e} h (median, 95 %, worst); logarithm finds {:.1} %",
+         {} of 500 stop, back to {:.1e} / {:.1e} / {:.1e} h (median, 95 %, worst); logarithm finds {:.1} %, nothing {:.1} %",
         surface.spacing(),
         total_area(surface),
         surface.n_components(),
@@ -71,6 +81,7 @@ fn tell(name: &str, surface: &dyn Surface, seconds: f64) -> Walks {
         at(&walks.missed, 0.95),
         at(&walks.missed, 1.0),
         100.0 * walks.found,
+        100.0 * walks.lost,
     );
     walks
 }
@@ -102,6 +113,8 @@ fn bodies_and_animals_are_walked_on_as_meshes_and_as_clouds() {
         let ratio = total_area(&on_cloud) / total_area(&on_mesh);
         println!("{file}: the cloud has {ratio:.4} of the area");
         assert!((ratio - 1.0).abs() < area, "{ratio}");
+        assert!(exact.found > 0.85 && marched.found > 0.8, "{} {}", exact.found, marched.found);
+        assert!(exact.lost < 0.05 && marched.lost < 0.05, "{} {}", exact.lost, marched.lost);
         assert!(exact.stopped == 0 && at(&exact.missed, 1.0) < 1e-6, "{}", at(&exact.missed, 1.0));
         assert!(at(&marched.missed, 0.5) < 0.05, "{}", at(&marched.missed, 0.5));
         // Nearly all places are found as places of the cloud as well.

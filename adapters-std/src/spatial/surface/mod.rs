@@ -162,9 +162,9 @@ pub trait Surface: Send + Sync {
     /// The tangent vector at `at`, in its frame, whose straightest geodesic leads to `to`, the logarithmic map; `None` when it is longer
     /// than `longest` or no such vector was found, as for places on another sheet or far beyond curvature.
     ///
-    /// For short ranges, a few spacings. Found by shooting: the chord, then corrections by what is missing at the end of the path.
-    /// Behind a vertex of negative curvature there is a wedge that no straightest geodesic reaches; there the nearest miss, at most 5 %
-    /// of the length, is added to the vector.
+    /// For short ranges, a few spacings. Found by shooting: along the chord, or where that misses along the edges of a shortest path; then
+    /// corrections by what is missing at the end. Behind a vertex of negative curvature there is a wedge that no straightest geodesic
+    /// reaches; there the nearest miss, at most 5 % of the length, is added to the vector.
     fn local_log(&self, at: &Location, to: &Location, longest: f64) -> Option<[f64; 2]>;
 }
 

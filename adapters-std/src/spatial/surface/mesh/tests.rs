@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
-use glam::DVec3;
+use glam::{DQuat, DVec3, EulerRot};
 use proptest::prelude::*;
 
 use super::super::shapes::{cone, cylinder, icosphere, square};
@@ -119,22 +119,28 @@ fn the_sphere_has_its_area_and_great_circles_return() {
 
 #[test]
 fn transport_round_an_octant_turns_by_its_curvature() {
-    let surface = surface(&icosphere(4));
-    let corners = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| surface.locate(axis.to_array()));
+    let surface = surface(&icosphere(5));
+    // Turned, since along the axes the sides are lines of vertices, whose curvature is then wholly on one side of them.
+    let rotation = DQuat::from_euler(EulerRot::XYZ, 0.3, 0.5, 0.7);
+    let corners = [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| surface.locate((rotation * axis).to_array()));
     let mut turn = 0.0;
     for side in 0..3 {
         let (from, to) = (corners[side], corners[(side + 1) % 3]);
-        let [x, y] = surface.local_log(&from, &to, 3.0).expect("a way of a quarter turn");
-        let trace = surface.trace(&from, y.atan2(x), x.hypot(y));
-        assert!(place(&surface, &trace.end).distance(place(&surface, &to)) < 1e-3);
+        let chord = place(&surface, &to) - place(&surface, &from);
+        // A great circle ends near the corner; a short path leads there.
+        let long = surface.trace(&from, angle_towards(&surface, &from, chord), FRAC_PI_2);
+        let [x, y] = surface.local_log(&long.end, &to, 3.0 * surface.spacing()).expect("a way");
+        let trace = surface.trace(&long.end, y.atan2(x), x.hypot(y));
+        assert!(place(&surface, &trace.end).distance(place(&surface, &to)) < 1e-9);
+        turn += long.turn;
         // The frames at the end of this and the start of the next side are those of one place, if not of one face.
         let frame = |at: &Location| surface.frame_at(at).expect("a frame");
         let [x, y] = frame(&to).coordinates(frame(&trace.end).u);
         turn += trace.turn + y.atan2(x);
     }
     println!("octant: turned by {:.5} of pi/2", wrapped(turn) / FRAC_PI_2);
-    assert!((wrapped(turn).abs() - FRAC_PI_2).abs() < 0.01 * FRAC_PI_2, "{turn}");
-    assert!(turn > 0.0, "counter-clockwise round positive curvature turns counter-clockwise");
+    // Counter-clockwise round positive curvature turns counter-clockwise.
+    assert!((wrapped(turn) - FRAC_PI_2).abs() < 0.01 * FRAC_PI_2, "{turn}");
 }
 
 #[test]
@@ -204,7 +210,7 @@ fn the_logarithm_leads_where_it_should() {
     println!(
         "logarithm: {exact} of 2000 exact, missed by at most {worst:.3} of the length, which differs by at most {longest:.3}"
     );
-    assert!(exact >= 1980 && worst < 0.1 && longest < 0.1, "{exact} {worst} {longest}");
+    assert!(exact >= 1990 && worst < 0.1 && longest < 0.1, "{exact} {worst} {longest}");
 }
 
 #[test]
@@ -232,8 +238,7 @@ fn what_is_no_oriented_manifold_is_refused_with_the_remedy() {
     let message = |spoil: fn(&mut Mesh)| {
         let mut mesh = square(2);
         spoil(&mut mesh);
-        let message = MeshSurface::new(&mesh).expect_err("must fail").to_string();
-        message
+        MeshSurface::new(&mesh).expect_err("must fail").to_string()
     };
     for (spoil, expected) in [
         ((|m| m.faces[0].swap(0, 1)) as fn(&mut Mesh), "disagree about the outside"),
