@@ -237,7 +237,9 @@ mod tests {
 
     #[test]
     fn integers_of_every_length_are_those_of_the_standard_library() {
-        for word in ["0", "007", "+5", "-5", "", "-", "+", "255", "256", "18446744073709551615", "18446744073709551616", "1x"] {
+        for word in
+            ["0", "007", "+5", "-5", "", "-", "+", "255", "256", "18446744073709551615", "18446744073709551616", "1x"]
+        {
             assert_eq!(integer::<u8>(word.as_bytes()), word.parse().ok(), "{word}");
             assert_eq!(integer::<i64>(word.as_bytes()), word.parse().ok(), "{word}");
             assert_eq!(integer::<u64>(word.as_bytes()), word.parse().ok(), "{word}");

@@ -278,12 +278,7 @@ fn nothing_left(report: &CleanReport) -> Error {
 }
 
 /// The result with all its maps. `topology` is that of the last pass, when it left nothing to do.
-fn finished(
-    draft: &Draft<'_>,
-    topology: Option<Topology>,
-    options: &CleanOptions,
-    mut report: CleanReport,
-) -> Cleaned {
+fn finished(draft: &Draft<'_>, topology: Option<Topology>, options: &CleanOptions, mut report: CleanReport) -> Cleaned {
     let input = draft.input;
     let mut number = vec![NONE; draft.positions.len()];
     let mut old_of_vertex = Vec::new();

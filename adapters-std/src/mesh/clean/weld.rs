@@ -71,9 +71,9 @@ impl Grid {
 
     fn bucket(&self, cell: [i64; 3]) -> usize {
         // Odd multipliers and a rotation spread every bit over the upper end, from which the bucket is taken.
-        let mixed = cell.iter().fold(0_u64, |mixed, &number| {
-            (mixed.rotate_left(23) ^ number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
-        });
+        let mixed = cell
+            .iter()
+            .fold(0_u64, |mixed, &number| (mixed.rotate_left(23) ^ number as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15));
         ((mixed ^ mixed >> 32).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> self.shift) as usize
     }
 
