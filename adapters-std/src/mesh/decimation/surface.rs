@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use crate::mesh::Topology;
+
 /// Faces turn by less than this angle (its cosine) when one of their vertices moves.
 const MIN_TURN_COSINE: f64 = 0.2;
 /// Doubled area over squared longest side, below which a triangle may not be made worse.
@@ -38,34 +40,16 @@ impl Surface {
         let (is_boundary, is_fixed) = (none.clone(), none);
         let mut surface =
             Surface { positions, faces: faces.to_vec(), is_face, n_faces, faces_of, is_boundary, is_fixed };
-        surface.is_fixed = (0..n).map(|vertex| !surface.is_manifold_at(vertex)).collect();
+        // Where the faces at a vertex are neither one ring nor one fan.
+        let topology = Topology::new(n as usize, faces);
+        surface.is_fixed = (0..n).map(|vertex| topology.has_several_fans(vertex)).collect();
+        for edge in topology.edges().iter().filter(|edge| edge.faces.len() > 2) {
+            edge.vertices.iter().for_each(|&vertex| surface.is_fixed[vertex as usize] = true);
+        }
         // A ring of faces has as many neighbours as faces, a fan one more.
         let is_boundary = |vertex| surface.neighbours(vertex).len() > surface.faces_of[vertex as usize].len();
         surface.is_boundary = (0..n).map(is_boundary).collect();
         surface
-    }
-
-    /// Whether the faces at a vertex form one ring or one fan.
-    fn is_manifold_at(&self, vertex: u32) -> bool {
-        let faces = &self.faces_of[vertex as usize];
-        let Some(&first) = faces.first() else { return true };
-        let others = |face: u32| self.faces[face as usize].into_iter().filter(move |&other| other != vertex);
-        let n_faces_with = |other: u32| faces.iter().filter(|&&face| others(face).any(|v| v == other)).count();
-        if faces.iter().any(|&face| others(face).any(|other| n_faces_with(other) > 2)) {
-            return false;
-        }
-        let mut reached = vec![first];
-        let mut next = 0;
-        while next < reached.len() {
-            let current = reached[next];
-            for &face in faces {
-                if !reached.contains(&face) && others(face).any(|v| others(current).any(|w| v == w)) {
-                    reached.push(face);
-                }
-            }
-            next += 1;
-        }
-        reached.len() == faces.len()
     }
 
     /// The vertices that share a face with this one, ascending.

@@ -163,7 +163,14 @@ impl<'a> Cubes<'a> {
 
     fn crossing(&self, sample: [usize; 3], axis: usize, value: f64, end: f64) -> [f64; 3] {
         let part = match (value.is_finite(), end.is_finite()) {
-            (true, true) => ((self.level - value) / (end - value)).clamp(END, 1.0 - END),
+            (true, true) => {
+                let mut part = (self.level - value) / (end - value);
+                if !part.is_finite() {
+                    // Differences of halves do not overflow.
+                    part = (0.5 * self.level - 0.5 * value) / (0.5 * end - 0.5 * value);
+                }
+                part.clamp(END, 1.0 - END)
+            }
             (true, false) => END,
             (false, true) => 1.0 - END,
             (false, false) => 0.5,

@@ -134,8 +134,10 @@ fn infinite_samples_put_the_vertex_in_the_middle_or_at_the_finite_end() {
     assert_eq!(plane(f64::NEG_INFINITY, f64::INFINITY), 0.5);
     assert_eq!(plane(-1.0, f64::INFINITY), END);
     assert_eq!(plane(f64::NEG_INFINITY, 1.0), 1.0 - END);
-    // The difference of the two values overflows.
+    // The difference of the two values overflows, then that of the level, too.
     assert!((0.0..=1.0).contains(&plane(-f64::MAX, f64::MAX)));
+    let field = Field::sampled(grid, |[_, _, z]| if z < 0.5 { -f64::MAX } else { f64::MAX }).unwrap();
+    assert_eq!(isosurface(&field, 0.5 * f64::MAX, Border::Open).unwrap().positions[0][2], 0.75);
 }
 
 #[test]

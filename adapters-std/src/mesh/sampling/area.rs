@@ -24,8 +24,11 @@ const GAMMA: f64 = 1.5;
 /// The same seed gives the same points everywhere (ChaCha8).
 ///
 /// # Errors
-/// Those of [`Mesh::check`]; [`Error::Input`] for a mesh without area.
+/// Those of [`Mesh::check`]; [`Error::Input`] for a mesh without area, or more than 2^32 - 1 points.
 pub fn uniform_points(mesh: &Mesh, n: usize, seed: u64) -> Result<Vec<SurfacePoint>, Error> {
+    if u32::try_from(n).is_err() {
+        return Err(Error::input(format!("{n} points on a surface: ask for at most {}", u32::MAX)));
+    }
     let sums = area_sums(mesh)?;
     let total = sums[sums.len() - 1];
     let last = sums.partition_point(|&sum| sum < total);
@@ -211,7 +214,8 @@ mod tests {
         for result in [uniform_points(&cloud, 3, 0), poisson_disk_points(&cloud, 3, 0)] {
             assert!(result.unwrap_err().to_string().contains("area 0"));
         }
-        let many = poisson_disk_points(&square(), usize::MAX, 0);
-        assert!(many.unwrap_err().to_string().contains("at most"));
+        for many in [uniform_points(&square(), usize::MAX, 0), poisson_disk_points(&square(), usize::MAX, 0)] {
+            assert!(many.unwrap_err().to_string().contains("at most"));
+        }
     }
 }
