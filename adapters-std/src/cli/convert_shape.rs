@@ -53,7 +53,8 @@ impl ShapeArgs {
         if let Some(n) = self.points {
             file.mesh = points(&file.mesh, n as usize, self.seed, &mut done)?;
         }
-        if !done.steps.is_empty() && !(file.morphs.is_empty() && file.skin.is_none()) {
+        let has_more = !file.morphs.is_empty() || file.skin.is_some();
+        if has_more && !done.steps.is_empty() {
             let joints = file.skin.take().map_or(0, |skin| skin.joints.len());
             let morphs = std::mem::take(&mut file.morphs).len();
             done.warnings.push(format!(
