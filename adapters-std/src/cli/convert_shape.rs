@@ -8,7 +8,7 @@ use crate::io::mesh::MeshFile;
 use crate::mesh::Mesh;
 use crate::mesh::decimation::{DecimationOptions, decimated};
 use crate::mesh::sampling::{farthest_points, interpolated, poisson_disk_points};
-use crate::spatial::{Inside, remeshed};
+use crate::spatial::distance_field::{Inside, check_closed, remeshed};
 
 /// Arguments of `convert` on the shape; carried out in this order.
 #[derive(Debug, Args)]
@@ -53,8 +53,8 @@ impl ShapeArgs {
         if let Some(n) = self.points {
             file.mesh = points(&file.mesh, n as usize, self.seed, &mut done)?;
         }
-        let has_deformations = !file.morphs.is_empty() || file.skin.is_some();
-        if !done.steps.is_empty() && has_deformations {
+        let has_more = !file.morphs.is_empty() || file.skin.is_some();
+        if has_more && !done.steps.is_empty() {
             let joints = file.skin.take().map_or(0, |skin| skin.joints.len());
             let morphs = std::mem::take(&mut file.morphs).len();
             done.warnings.push(format!(
@@ -66,24 +66,15 @@ impl ShapeArgs {
 }
 
 fn anew(mesh: &Mesh, spacing: f64, done: &mut Reshaped) -> Result<Mesh, Error> {
-    let inside = Inside::suited_to(mesh);
-    let by = match inside {
-        Inside::PseudoNormal => "normal",
-        Inside::Winding => "winding number",
-    };
-    if inside == Inside::Winding {
-        done.warnings.push(
-            "the mesh is not closed or its faces disagree about the outside: its inside is told by winding numbers, \
-             holes are closed"
-                .into(),
-        );
+    if let Err(error) = check_closed(mesh) {
+        done.warnings.push(format!("holes are closed: {error}"));
     }
     if !(mesh.normals.is_empty() && mesh.colours.is_empty() && mesh.attributes.is_empty()) {
         done.warnings.push("not kept: normals, colours and attributes of the vertices that were there".into());
     }
-    let surface = remeshed(mesh, spacing, inside)?;
-    done.text += &format!("made anew at a spacing of {spacing}, inside by {by}: {} faces\n", surface.faces.len());
-    done.steps.insert("remesh".into(), json!({ "spacing": spacing, "inside_by": by, "faces": surface.faces.len() }));
+    let surface = remeshed(mesh, spacing, Inside::Winding)?;
+    done.text += &format!("made anew at a spacing of {spacing}: {} faces\n", surface.faces.len());
+    done.steps.insert("remesh".into(), json!({ "spacing": spacing, "faces": surface.faces.len() }));
     Ok(surface)
 }
 

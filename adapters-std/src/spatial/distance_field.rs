@@ -19,19 +19,12 @@ const INSIDE: f64 = 0.5;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Inside {
     /// The pseudo-normal at the closest point (`baerentzen2005`): exact for closed meshes whose faces are all oriented outwards and
-    /// do not pass through one another; fast.
-    #[default]
+    /// do not pass through one another. Where they do, as in the folds of a noisy scan, it is wrong also far from the surface.
     PseudoNormal,
     /// Whether the generalised winding number (`jacobson2013`) is above 1/2: also for open, noisy and self-intersecting meshes.
     /// In a hole the sign changes away from the surface, so that the isosurface closes the hole with steps as wide as the grid.
+    #[default]
     Winding,
-}
-
-impl Inside {
-    /// The pseudo-normal where it can tell the inside of the mesh, else the winding number.
-    pub fn suited_to(mesh: &Mesh) -> Self {
-        if check_closed(mesh).is_ok() { Inside::PseudoNormal } else { Inside::Winding }
-    }
 }
 
 /// How distances are sampled.
@@ -50,7 +43,7 @@ pub struct SignedDistanceOptions {
 /// following ones are beyond it as well: the distance changes by at most the distance of the samples.
 ///
 /// Cost: a search for the closest point at each sample within the band, each from the face of the sample before, on all threads;
-/// with [`Inside::Winding`] a winding number at each sample of the grid besides. 8 bytes a sample. Determinism: the same result
+/// with [`Inside::Winding`] a winding number besides, and for a mesh that is not closed at each sample of the grid. 8 bytes a sample. Determinism: the same result
 /// for any number of threads.
 ///
 /// # Errors
@@ -70,41 +63,32 @@ pub fn signed_distances(mesh: &Mesh, grid: Grid, options: &SignedDistanceOptions
         }
         Inside::Winding => Some(WindingTree::of_mesh(&mesh.positions, &mesh.faces)?),
     };
+    let is_closed = check_closed(mesh).is_ok();
     let mut values = vec![0.0; grid.n_samples()];
     let [nx, ny, _] = grid.size;
     values.par_chunks_mut(nx).enumerate().for_each(|(row, values)| {
         let place = |i: usize| grid.position([i, row % ny, row / ny]);
-        fill(values, &surface, winding.as_ref(), place, grid.spacing, band);
-    });
-    Ok(Field { grid, values })
-}
-
-/// The values of one row of samples.
-fn fill(
-    values: &mut [f64],
-    surface: &TriangleTree,
-    winding: Option<&WindingTree>,
-    place: impl Fn(usize) -> [f64; 3],
-    spacing: f64,
-    band: f64,
-) {
-    let (mut hint, mut beyond_until, mut beyond) = (u32::MAX, 0, band);
-    for (i, value) in values.iter_mut().enumerate() {
-        let position = place(i);
-        if i < beyond_until {
-            *value = beyond;
-        } else {
-            let closest = surface.closest_from(position, hint);
+        let signed = |position: [f64; 3], distance: f64| match &winding {
+            Some(tree) if tree.at(position) > INSIDE => -distance.abs(),
+            Some(_) => distance.abs(),
+            None => distance,
+        };
+        let (mut hint, mut beyond_until, mut beyond) = (u32::MAX, 0, band);
+        for (i, value) in values.iter_mut().enumerate() {
+            if i < beyond_until {
+                // Only in a hole the sign can change where no surface is.
+                *value = if is_closed { beyond } else { signed(place(i), beyond) };
+                continue;
+            }
+            let closest = surface.closest_from(place(i), hint);
             hint = closest.face;
-            *value = closest.signed_distance(position).clamp(-band, band);
+            *value = signed(place(i), closest.signed_distance(place(i)).clamp(-band, band));
             // A little less than it may be, for rounding. A distance that is not finite leaves nothing out.
-            let n_beyond = ((closest.distance - band) / spacing * (1.0 - 1e-9)).max(0.0) as usize;
+            let n_beyond = ((closest.distance - band) / grid.spacing * (1.0 - 1e-9)).max(0.0) as usize;
             (beyond_until, beyond) = (i.saturating_add(n_beyond).saturating_add(1), *value);
         }
-        if let Some(tree) = winding {
-            *value = if tree.at(position) > INSIDE { -value.abs() } else { value.abs() };
-        }
-    }
+    });
+    Ok(Field { grid, values })
 }
 
 /// The mesh made anew: the isosurface at 0 of its signed distances on a grid of this spacing, in the unit of the mesh. It is closed
@@ -132,7 +116,10 @@ pub fn remeshed(mesh: &Mesh, spacing: f64, inside: Inside) -> Result<Mesh, Error
 }
 
 /// Whether every edge has two faces that agree about the outside.
-fn check_closed(mesh: &Mesh) -> Result<(), Error> {
+///
+/// # Errors
+/// [`Error::Input`] counts the other edges.
+pub fn check_closed(mesh: &Mesh) -> Result<(), Error> {
     let topology = Topology::new(mesh.positions.len(), &mesh.faces);
     let [open, inconsistent, branching] =
         [EdgeClass::Boundary, EdgeClass::Inconsistent, EdgeClass::NonManifold].map(|class| topology.count(class));
@@ -140,8 +127,8 @@ fn check_closed(mesh: &Mesh) -> Result<(), Error> {
         return Ok(());
     }
     Err(Error::input(format!(
-        "the inside of the mesh cannot be told from its normals: {open} edges have one face, {branching} more than two, at \
-         {inconsistent} the two faces disagree about the outside; clean and close it, or take the winding number"
+        "the mesh is not closed: {open} edges have one face, {branching} more than two, at {inconsistent} the two faces \
+         disagree about the outside; clean and close it, or let winding numbers tell the inside"
     )))
 }
 

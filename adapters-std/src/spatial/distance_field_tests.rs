@@ -101,8 +101,8 @@ fn a_hole_is_closed_by_the_winding_number_and_refused_by_the_normal() {
     mesh.faces.retain(|face| face.iter().any(|&v| mesh.positions[v as usize][1] < 0.9));
     let grid = grid_of(&mesh, 0.1);
     let message = signed_distances(&mesh, grid, &PSEUDO_NORMAL).unwrap_err().to_string();
-    assert!(message.contains("edges have one face") && message.contains("winding number"), "{message}");
-    assert_eq!((Inside::suited_to(&mesh), Inside::suited_to(&sphere(2))), (Inside::Winding, Inside::PseudoNormal));
+    assert!(message.contains("edges have one face") && message.contains("winding numbers"), "{message}");
+    assert!(check_closed(&mesh).is_err() && check_closed(&sphere(2)).is_ok());
     let back = remeshed(&mesh, 0.1, Inside::Winding).unwrap();
     let components = Topology::new(back.positions.len(), &back.faces).components().all;
     assert!(components.len() == 1 && components[0].is_closed() && components[0].genus() == Ok(0), "{components:?}");
