@@ -111,7 +111,7 @@ fn votes(tree: &TriangleTree, faces: &[u32], areas: &[DVec3], corners: impl Fn(u
             let direction = normal + (one * (2.0 * along - 1.0) + other * (2.0 * across - 1.0)) * LEAN;
             let n_layers = |direction| n_layers(tree, faces[at], place, direction, layer);
             let (front, behind) = (n_layers(direction), n_layers(-direction));
-            let parity = |n: usize| if n % 2 == 0 { 1 } else { -1 };
+            let parity = |n: usize| if n.is_multiple_of(2) { 1 } else { -1 };
             let vote = parity(front) - parity(behind) + i64::from(front == 0) - i64::from(behind == 0);
             if normal.dot(areas[at]) < 0.0 { -vote } else { vote }
         })

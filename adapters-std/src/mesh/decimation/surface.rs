@@ -78,8 +78,9 @@ impl Surface {
             1 => self.n_faces_at(u, a) > 1 || self.n_faces_at(v, a) > 1,
             // An inner edge between two places of the boundary, or an edge of a tetrahedron.
             _ => {
-                !(self.is_boundary[u as usize] && self.is_boundary[v as usize])
-                    && !(self.has_face(u, a, b) && self.has_face(v, a, b))
+                let is_across = self.is_boundary[u as usize] && self.is_boundary[v as usize];
+                let is_of_tetrahedron = self.has_face(u, a, b) && self.has_face(v, a, b);
+                !is_across && !is_of_tetrahedron
             }
         }
     }
