@@ -302,7 +302,15 @@ proptest! {
         let h = surface.spacing();
         let from = surface.sample(start);
         let there = surface.trace(&from, angle, steps * h);
-        prop_assert_eq!(there.stopped, None);
+        if there.stopped.is_some() {
+            // Random points leave gaps that count as borders, 4 in 3000: a path may end there, and nowhere else.
+            prop_assert!(scattered && there.stopped == Some(Stop::Boundary));
+            let end = place(&surface, &there.end);
+            let borders = (0..2000).filter(|&point| surface.is_boundary(point));
+            let nearest = borders.map(|point| end.distance(surface.points[point as usize])).fold(f64::INFINITY, f64::min);
+            prop_assert!(nearest < 2.0 * h, "stopped {} h from any border", nearest / h);
+            return Ok(());
+        }
         let back = surface.trace(&there.end, angle + there.turn, -steps * h);
         let missed = place(&surface, &back.end).distance(place(&surface, &from));
         prop_assert!(missed < 0.01 * steps * h, "{} h after {}", missed / h, steps);
