@@ -1,8 +1,8 @@
 //! Normals of a point cloud that agree with one another and point outwards.
 //!
-//! Three steps: the plane of each point's neighbourhood ([`planes`]); one side chosen for all points that hang together
-//! ([`propagation`]); each such part turned outwards as a whole ([`outside`]), or, where that leaves it open, to the side
-//! of its neighbours ([`bridging`]).
+//! Three steps: the plane of each point's neighbourhood (`planes`); one side chosen for all points that hang together
+//! (`propagation`); each such part turned outwards as a whole (`outside`), or, where that leaves it open, to the side
+//! of its neighbours (`bridging`).
 
 mod bridging;
 mod outside;

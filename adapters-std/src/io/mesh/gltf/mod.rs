@@ -120,7 +120,7 @@ pub fn format(file: &MeshFile, _: &WriteOptions) -> Result<Formatted, String> {
 /// The bytes of a `.gltf` file, with its numbers in it as base64.
 ///
 /// # Errors
-/// As [`format`], but for the size.
+/// As [`format()`], but for the size.
 pub fn format_json(file: &MeshFile, _: &WriteOptions) -> Result<Formatted, String> {
     let mut document = write::document(file)?;
     let numbers = base64::engine::general_purpose::STANDARD.encode(&document.buffer);
