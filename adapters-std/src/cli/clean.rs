@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use super::clean_frame::{FrameArgs, restored};
 use super::clean_normals::NormalsArgs;
-use super::{Console, shown};
+use super::{Console, expect_extension, shown};
 use crate::Error;
 use crate::io::atomic;
 use crate::io::mesh::{MeshFile, MorphTarget, NonFinite, ReadOptions, Skin, WriteOptions, read_file, write_file};
@@ -75,6 +75,9 @@ pub(super) fn run(args: &CleanArgs, console: &Console) -> Result<(), Error> {
         outlier_factor: args.outlier_factor,
         remove_outliers: args.remove_outliers,
     };
+    if let Some(report) = &args.report {
+        expect_extension(report, "json")?;
+    }
     if let [input] = &args.inputs[..] {
         return one(input, args, &options, console);
     }

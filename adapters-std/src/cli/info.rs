@@ -25,6 +25,15 @@ pub(super) fn run(args: &InfoArgs, console: &Console) -> Result<(), Error> {
         return info_mesh::run(&args.file, console);
     }
     let bytes = io::file_bytes(&args.file)?;
+    if !bytes.starts_with(b"\x89HAB")
+        && !args.file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("hab"))
+    {
+        return Err(Error::input(format!(
+            "{}: neither a model (.hab) nor a mesh by its extension; meshes are {}",
+            args.file.display(),
+            io::mesh::read_extensions().join(", ")
+        )));
+    }
     let model = opened(&bytes, &args.file)?;
     let object = described(&model, bytes.len());
     let mut text = format!("{}: {} bytes, format version 1\n", args.file.display(), bytes.len());

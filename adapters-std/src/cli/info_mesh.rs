@@ -129,7 +129,10 @@ impl Soundness {
         let topology = Topology::new(mesh.positions.len(), &mesh.faces);
         let components = topology.components().all;
         let n_inconsistent = topology.count(EdgeClass::Inconsistent);
-        let area: f64 = mesh.face_areas().into_iter().filter(|area| area.is_finite()).sum();
+        let is_finite = |face: usize| mesh.triangle(face).iter().flatten().all(|x| x.is_finite());
+        let areas = mesh.face_areas().into_iter().enumerate().filter(|(face, _)| is_finite(*face));
+        // Adding 0.0 makes a sum of nothing 0, not -0.
+        let area = 0.0 + areas.map(|(_, area)| area).sum::<f64>();
         let has_volume = !components.is_empty() && topology.is_closed() && n_inconsistent == 0;
         let mut is_referenced = vec![mesh.faces.is_empty(); mesh.positions.len()];
         mesh.faces.iter().flatten().for_each(|&vertex| is_referenced[vertex as usize] = true);
@@ -158,7 +161,7 @@ impl Soundness {
 
     /// Whether every edge has two faces.
     fn is_closed(&self) -> bool {
-        self.n_faces > 0 && self.n_boundary == 0 && self.n_non_manifold == 0
+        self.n_components > 0 && self.n_boundary == 0 && self.n_non_manifold == 0
     }
 
     /// One line on how the faces hang together; nothing of a cloud.

@@ -1,7 +1,8 @@
 //! The points of a cloud that are nearest to a position: the kd-tree of the crate kiddo, with an order for equal distances.
 //!
 //! The crate leaves open which of several equally near points it returns. So where it finds two that are about equally near, its answer
-//! only says how far to look: all points at that distance are then looked at, and the smallest index wins.
+//! only says how far to look: all points at that distance are then looked at, and the smallest index wins. Points at one place, as
+//! scanners write where they saw nothing, are one point of the tree.
 
 use std::num::NonZero;
 
@@ -37,6 +38,51 @@ pub struct Neighbour {
 pub struct PointTree {
     tree: ImmutableKdTree<f64, 3>,
     points: Vec<[f64; 3]>,
+    /// None when all points are at different places: then the items of the tree are the points.
+    places: Option<Places>,
+}
+
+/// Places with the points there.
+#[derive(Debug)]
+struct Places {
+    /// Where the points of each place begin in `points`, and the end.
+    starts: Vec<u32>,
+    /// Place by place, in each the smallest index first.
+    points: Vec<u32>,
+}
+
+impl Places {
+    /// None when no two points are at one place.
+    fn of(points: &[[f64; 3]]) -> Option<Self> {
+        // Both zeros are one place.
+        let bits = |index: u32| points[index as usize].map(|x| (x + 0.0).to_bits());
+        let mut keys: Vec<u64> = (0..points.len() as u32)
+            .map(|index| {
+                let mixed = bits(index)
+                    .into_iter()
+                    .fold(0_u64, |hash, bits| (hash.rotate_left(23) ^ bits).wrapping_mul(0x9E37_79B9_7F4A_7C15));
+                mixed & !u64::from(u32::MAX) | u64::from(index)
+            })
+            .collect();
+        keys.sort_unstable();
+        let is_shared =
+            keys.windows(2).any(|pair| pair[0] >> 32 == pair[1] >> 32 && bits(pair[0] as u32) == bits(pair[1] as u32));
+        if !is_shared {
+            // Equal points whose keys have another between them are only where a third has the same key: rare, and slow alone.
+            return None;
+        }
+        let mut order: Vec<u32> = keys.into_iter().map(|key| key as u32).collect();
+        let hash_free = |index: &u32| (bits(*index), *index);
+        order.sort_by_cached_key(hash_free);
+        let mut starts = vec![0];
+        starts.extend((1..order.len() as u32).filter(|&at| bits(order[at as usize]) != bits(order[at as usize - 1])));
+        starts.push(order.len() as u32);
+        Some(Places { starts, points: order })
+    }
+
+    fn at(&self, place: u32) -> &[u32] {
+        &self.points[self.starts[place as usize] as usize..self.starts[place as usize + 1] as usize]
+    }
 }
 
 impl PointTree {
@@ -54,9 +100,31 @@ impl PointTree {
                 "point {index} is at {point:?}: coordinates must be finite and at most {LARGEST:e}; remove the point"
             )));
         }
-        let tree = ImmutableKdTree::new_from_slice(points)
+        let places = Places::of(points);
+        let different: Vec<[f64; 3]>;
+        let searched = match &places {
+            None => points,
+            Some(places) => {
+                let firsts = places.starts[..places.starts.len() - 1].iter();
+                different = firsts.map(|&at| points[places.points[at as usize] as usize]).collect();
+                &different
+            }
+        };
+        let tree = ImmutableKdTree::new_from_slice(searched)
             .map_err(|error| Error::input(format!("{} points cannot be searched: {error}", points.len())))?;
-        Ok(PointTree { tree, points: points.to_vec() })
+        Ok(PointTree { tree, points: points.to_vec(), places })
+    }
+
+    /// The points of an item of the tree, the smallest index first, and at most so many.
+    fn points_at(&self, item: u32, most: usize) -> impl Iterator<Item = u32> {
+        let all = self.places.as_ref().map(|places| places.at(item));
+        let alone = all.is_none().then_some(item);
+        alone.into_iter().chain(all.unwrap_or_default().iter().copied()).take(most)
+    }
+
+    /// The first point of an item of the tree.
+    fn first_at(&self, item: u32) -> u32 {
+        self.places.as_ref().map_or(item, |places| places.at(item)[0])
     }
 
     /// The number of points.
@@ -72,7 +140,7 @@ impl PointTree {
             return Neighbour { index: 0, distance: f64::NAN };
         }
         let found = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(TWO).execute();
-        self.nearer(position, 0, found.iter().map(|found| (found.distance, found.item)))
+        self.nearer(position, 0, found.iter().map(|found| (found.distance, self.first_at(found.item))))
     }
 
     /// [`Self::nearest`], found faster when it is not much farther than the point `hint`. The result does not depend on the hint; one
@@ -83,7 +151,7 @@ impl PointTree {
         };
         let bound = squared(*point, position) * ROUNDING;
         let found = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(TWO).within(bound).execute();
-        self.nearer(position, hint, found.iter().map(|found| (found.distance, found.item)))
+        self.nearer(position, hint, found.iter().map(|found| (found.distance, self.first_at(found.item))))
     }
 
     /// The `n` nearest points, or all when there are fewer, sorted by distance, then by index; none from a position that is not finite.
@@ -92,16 +160,18 @@ impl PointTree {
             return Vec::new();
         };
         let found = self.tree.query(&position).nearest_n::<SquaredEuclidean<f64>>(n).execute();
-        let farthest =
-            found.iter().map(|found| squared(self.points[found.item as usize], position)).fold(0.0, f64::max);
-        let mut all = self.around(position, farthest.sqrt());
+        let farthest = found
+            .iter()
+            .map(|found| squared(self.points[self.first_at(found.item) as usize], position))
+            .fold(0.0, f64::max);
+        let mut all = self.around(position, farthest.sqrt(), n.get());
         all.truncate(n.get());
         all
     }
 
     /// All points at most `radius` away, sorted by distance, then by index; none from a position that is not finite.
     pub fn within(&self, position: [f64; 3], radius: f64) -> Vec<Neighbour> {
-        if searchable(position) && radius >= 0.0 { self.around(position, radius) } else { Vec::new() }
+        if searchable(position) && radius >= 0.0 { self.around(position, radius, usize::MAX) } else { Vec::new() }
     }
 
     /// [`Self::nearest`] of each position, over all threads; positions are taken in an order in which memory is near.
@@ -138,7 +208,7 @@ impl PointTree {
         let mut first = nearest;
         let radius = nearest.distance * nearest.distance * ROUNDING;
         self.tree.query(&position).within::<SquaredEuclidean<f64>>(radius).unsorted().visit(|found| {
-            let other = self.neighbour(position, found.item);
+            let other = self.neighbour(position, self.first_at(found.item));
             if (other.distance, other.index) < (first.distance, first.index) {
                 first = other;
             }
@@ -146,13 +216,14 @@ impl PointTree {
         first
     }
 
-    fn around(&self, position: [f64; 3], radius: f64) -> Vec<Neighbour> {
+    /// The points at most `radius` away, in order; at most so many of each place.
+    fn around(&self, position: [f64; 3], radius: f64, most: usize) -> Vec<Neighbour> {
         let mut all = Vec::new();
         let squared = radius * radius * ROUNDING;
         self.tree.query(&position).within::<SquaredEuclidean<f64>>(squared).unsorted().visit(|found| {
-            let neighbour = self.neighbour(position, found.item);
-            if neighbour.distance <= radius {
-                all.push(neighbour);
+            let first = self.neighbour(position, self.first_at(found.item));
+            if first.distance <= radius {
+                all.extend(self.points_at(found.item, most).map(|index| Neighbour { index, ..first }));
             }
         });
         all.sort_unstable_by(|a, b| a.distance.total_cmp(&b.distance).then(a.index.cmp(&b.index)));
@@ -228,6 +299,18 @@ mod tests {
         let points: Vec<[f64; 3]> = (0..3000).map(|i| [f64::from(i % 2), 0.0, f64::from(i % 3)]).collect();
         check(&points, &[[0.5, 0.0, 1.0], [0.0, 0.0, 0.0], [7.0, 7.0, 7.0]]);
         check(&vec![[1.0, 2.0, 3.0]; 1000], &[[1.0, 2.0, 3.0], [0.0; 3]]);
+        check(&[[0.0, 1.0, -0.0], [-0.0, 1.0, 0.0], [3.0, 0.0, 0.0]], &[[0.0; 3], [2.0, 1.0, 0.0]]);
+    }
+
+    #[test]
+    fn very_many_points_at_one_place_are_no_more_work_than_one() {
+        // Where a scanner saw nothing it may write zeros: with each query looking at all of them this would take minutes.
+        let mut points = vec![[0.0; 3]; 200_000];
+        points.push([1.0, 0.0, 0.0]);
+        let tree = PointTree::new(&points).expect("points");
+        assert!(tree.nearest_all(&points).iter().take(200_000).all(|neighbour| neighbour.index == 0));
+        assert_eq!(tree.nearest_n([0.9, 0.0, 0.0], 3).iter().map(|n| n.index).collect::<Vec<_>>(), [200_000, 0, 1]);
+        assert_eq!(tree.within([0.0; 3], 0.5).len(), 200_000);
     }
 
     #[test]

@@ -49,6 +49,11 @@ const FORMATS: &[(&str, Option<Parse>, Option<Format>)] = &[
     ("gltf", Some(gltf::parse), Some(gltf::format_json)),
 ];
 
+/// The extensions of the formats that are read.
+pub fn read_extensions() -> Vec<&'static str> {
+    FORMATS.iter().filter(|(_, parse, _)| parse.is_some()).map(|(known, ..)| *known).collect()
+}
+
 /// Whether meshes are read from files of this extension.
 pub fn is_read(path: &Path) -> bool {
     let extension = extension(path);

@@ -66,7 +66,7 @@ impl SurfaceDistance {
 /// The distances between two shapes, each a mesh or a cloud, which are in one frame and one unit.
 ///
 /// For a point p of one shape, `d(p) = min over q of the other |p - q|`, where q runs over the triangles of a mesh and the
-/// points of a cloud. Vertices that no face uses are points of their mesh when it is sampled at its vertices, and no part of it when it is the target.
+/// points of a cloud. Vertices that no face uses are no part of a mesh.
 ///
 /// Cost: `O((n_a + n_b) log)` closest-point queries over all threads.
 /// Determinism: the same bits for any number of threads; sums run over the points in their order.
@@ -96,8 +96,13 @@ pub fn direction(from: &Mesh, to: &Target, options: &DistanceOptions) -> Result<
     };
     let mut distances = to.distances(points);
     let mut weights = vec![1.0; distances.len()];
-    if options.area_weighted && options.samples == 0 && !from.faces.is_empty() {
-        weights = sample::vertex_areas(from);
+    if options.samples == 0 && !from.faces.is_empty() {
+        if options.area_weighted {
+            weights = sample::vertex_areas(from);
+        } else {
+            weights.fill(0.0);
+            from.faces.iter().flatten().for_each(|&vertex| weights[vertex as usize] = 1.0);
+        }
         let counts: Vec<bool> = weights.iter().map(|weight| *weight > 0.0).collect();
         let mut keep = counts.iter().copied();
         distances.retain(|_| keep.next().unwrap_or(false));

@@ -117,7 +117,7 @@ impl<'a> Document<'a> {
     /// Takes `n` numbers from what the file may ask for.
     pub(super) fn charge(&self, n: u64) -> Result<(), String> {
         let left = self.left.get().checked_sub(n).ok_or_else(|| {
-            String::from(": more numbers than the size of the file justifies: save it with its instances as meshes")
+            String::from(": more numbers than the size of the file justifies: a count is wrong, or many nodes repeat a mesh; save it anew, with its instances as meshes")
         })?;
         self.left.set(left);
         Ok(())
