@@ -60,8 +60,8 @@ pub(super) fn inward_faces(tree: &TriangleTree, topology: &Topology, positions: 
             // Twice the areas with their normals as the patch would have them, and six times its volume.
             let (mut areas, mut volume, mut balance) = (Vec::with_capacity(faces.len()), 0.0, 0.0);
             for &face in *faces {
-                let [a, b, c] = corners(face);
-                let area = (b - a).cross(c - a);
+                let area = area_vector(corners(face));
+                let a = corners(face)[0];
                 let sign = if is_turned[face as usize] { -1.0 } else { 1.0 };
                 areas.push(area * sign);
                 volume += (a - origin).dot(area) * sign;
@@ -104,7 +104,7 @@ fn votes(tree: &TriangleTree, faces: &[u32], areas: &[DVec3], corners: impl Fn(u
                 .map(|step: f64| ((k + 1) as f64 * step).fract());
             // The same rays, whichever way the face is turned.
             let [a, b, c] = corners(faces[at]);
-            let Some(normal) = (b - a).cross(c - a).try_normalize() else { return 0 };
+            let Some(normal) = area_vector([a, b, c]).try_normalize() else { return 0 };
             let root = u.sqrt();
             let place = a * (1.0 - root) + b * (root * (1.0 - v)) + c * (root * v);
             let (one, other) = normal.any_orthonormal_pair();
@@ -116,6 +116,13 @@ fn votes(tree: &TriangleTree, faces: &[u32], areas: &[DVec3], corners: impl Fn(u
             if normal.dot(areas[at]) < 0.0 { -vote } else { vote }
         })
         .sum()
+}
+
+/// Twice the area with the normal; zero for a face whose area is a rounding error, and whose normal therefore means nothing.
+fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
+    let area = (b - a).cross(c - a);
+    let is_sound = area.length() > ROUNDING * (b - a).length() * (c - a).length();
+    if is_sound { area } else { DVec3::ZERO }
 }
 
 /// The number of layers that a ray from a place on a face meets.

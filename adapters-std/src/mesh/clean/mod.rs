@@ -165,11 +165,9 @@ fn check(mesh: &Mesh, options: &CleanOptions) -> Result<(), Error> {
             return Err(Error::input(format!("{what} is {value}: give 0 or more")));
         }
     }
-    for (what, value, least, most) in [
-        ("the share of debris", *debris, 0.0, 1.0),
-        ("the share of the components that stay", share, 0.0, 1.0),
-        ("the factor of spikes", *spike_factor, 1.0, f64::INFINITY),
-    ] {
+    for (what, value, least, most) in
+        [("the share of debris", *debris, 0.0, 1.0), ("the factor of spikes", *spike_factor, 1.0, f64::INFINITY)]
+    {
         if !(least..=most).contains(&value) {
             return Err(Error::input(format!("{what} is {value}: give {least} to {most}")));
         }
