@@ -8,6 +8,7 @@
 
 mod camera;
 mod chance;
+pub mod files;
 mod options;
 mod range_image;
 mod room;
