@@ -15,6 +15,9 @@ use crate::spatial::frame_recovery::Unit;
 use crate::synth::scanner::files::ScanFolder;
 use crate::synth::scanner::{Projection, ScanOptions, Viewpoint, scanned};
 
+/// A scan of fewer points looks like one in another unit.
+const FEW: usize = 500;
+
 /// Arguments of `synth scans`.
 #[derive(Debug, Args)]
 pub(super) struct ScansArgs {
@@ -51,7 +54,7 @@ pub(super) struct ScansArgs {
     /// Standard deviation of each pixel's own noise along the ray, mm [default: 0.33]
     #[arg(long, value_name = "MM")]
     noise: Option<f64>,
-    /// Standard deviation of the noise that neighbours share, mm [default: 0.15]
+    /// Standard deviation of the noise that neighbours share, mm [default: 0.22]
     #[arg(long, value_name = "MM")]
     smooth_noise: Option<f64>,
     /// Distance over which they share it, mm [default: 25]
@@ -166,6 +169,10 @@ pub(super) fn run(args: &ScansArgs, console: &Console) -> Result<(), Error> {
         })?;
         folder.add(&scan, &subject, input, &options)?;
         progress(number + 1, n);
+        if scan.truth.len() < FEW {
+            let n = scan.truth.len();
+            console.warn(&format!("{}: {n} points alone: are unit and pixel right?", input.display()));
+        }
         let record = &folder.records()[number];
         let _ = writeln!(
             text,

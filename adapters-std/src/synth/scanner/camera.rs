@@ -47,7 +47,7 @@ impl Camera {
                     // What is nearer than that fills an image of any size.
                     if !(depth > 0.01 * distance) {
                         return Err(Error::input(format!(
-                            "an eye {distance} mm from the middle of the subject is in it or touches it: give at least {:.0} mm",
+                            "an eye {distance} mm from the middle of the subject is in it or touches it: give at least {:.1} mm",
                             1.5 * room.radius
                         )));
                     }

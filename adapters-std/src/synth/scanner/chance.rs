@@ -109,5 +109,8 @@ fn weights(x: f64, n: usize) -> (usize, [f64; 4]) {
     let first = (x.max(0.0) as usize).min(n - 4);
     let t = (x - first as f64).clamp(0.0, 1.0);
     let (s, t2, t3) = (1.0 - t, t * t, t * t * t);
-    (first, [s * s * s / 6.0, (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0, (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0, t3 / 6.0])
+    (
+        first,
+        [s * s * s / 6.0, (3.0 * t3 - 6.0 * t2 + 4.0) / 6.0, (-3.0 * t3 + 3.0 * t2 + 3.0 * t + 1.0) / 6.0, t3 / 6.0],
+    )
 }

@@ -23,9 +23,13 @@ use crate::Error;
 use crate::mesh::sampling::SurfacePoint;
 use crate::mesh::{Attribute, Mesh, Scalar};
 use crate::register::rigid::Similarity;
+use camera::Camera;
 use chance::{Purpose, between, motion, stream};
 use range_image::RangeImage;
 use room::Room;
+
+/// Most pixels of all views together: 13 GB.
+const MOST_PIXELS: usize = 1 << 26;
 
 /// What a point of a scan is; its number is the value of the attribute `label`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -101,17 +105,32 @@ impl Scan {
 
 /// A scan of a mesh in mm, y up.
 ///
-/// Cost: one ray for each pixel, over all threads; 60 to 100 bytes for each pixel of all views.
+/// Cost: one ray for each pixel, over all threads; about 200 bytes for each pixel of all views while it works.
 /// Determinism: the same bits for the same seed on any number of threads.
 ///
 /// # Errors
 /// [`Error::Input`] for options that fail [`ScanOptions::check`], for a mesh that fails [`Mesh::check`] or has no faces, for images of
-/// more than 2^24 pixels, and for a scan without any point.
+/// more than 2^24 pixels or 2^26 together, for a mesh smaller than a pixel, and for a scan without any point.
 pub fn scanned(subject: &Mesh, options: &ScanOptions) -> Result<Scan, Error> {
     options.check()?;
     let room = Room::around(subject, options)?;
-    let mut images =
-        (0..options.views.len()).map(|index| RangeImage::taken(&room, options, index)).collect::<Result<Vec<_>, _>>()?;
+    if room.radius < options.pixel {
+        return Err(Error::input(format!(
+            "a mesh {:.4} mm across cannot be scanned with pixels of {} mm: tell its unit, or take smaller pixels",
+            2.0 * room.radius,
+            options.pixel
+        )));
+    }
+    let cameras =
+        (0..options.views.len()).map(|index| Camera::of(options, index, &room)).collect::<Result<Vec<_>, _>>()?;
+    let n_pixels: usize = cameras.iter().map(Camera::n_pixels).sum();
+    if n_pixels > MOST_PIXELS {
+        return Err(Error::input(format!(
+            "{n_pixels} pixels in all views: at most {MOST_PIXELS} fit; take larger pixels or fewer views"
+        )));
+    }
+    let mut images: Vec<RangeImage> =
+        cameras.into_iter().map(|camera| RangeImage::taken(&room, options, camera)).collect();
     let (holes, in_holes) = pierce(&mut images, options);
     let mut random = stream(options.seed, Purpose::Placement);
     let turn = options.placement_turn_deg.to_radians() * random.random::<f64>();
@@ -212,3 +231,6 @@ fn shuffle(scan: &mut Scan, seed: u64) {
     scan.mesh = scan.mesh.rearranged(&order, faces);
     scan.truth = order.iter().map(|&old| scan.truth[old as usize]).collect();
 }
+
+#[cfg(test)]
+mod tests;

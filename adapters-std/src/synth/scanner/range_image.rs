@@ -4,12 +4,11 @@ use glam::DVec3;
 use rand::RngExt;
 use rayon::prelude::*;
 
+use super::Label;
 use super::camera::Camera;
 use super::chance::{Purpose, SmoothField, between, normal, stream};
 use super::options::ScanOptions;
 use super::room::Room;
-use super::Label;
-use crate::Error;
 use crate::mesh::sampling::SurfacePoint;
 
 /// A ray that came back.
@@ -43,12 +42,8 @@ enum Fate {
 }
 
 impl RangeImage {
-    /// What the view of this index sees, without error.
-    ///
-    /// # Errors
-    /// Those of [`Camera::of`].
-    pub fn taken(room: &Room<'_>, options: &ScanOptions, index: usize) -> Result<Self, Error> {
-        let camera = Camera::of(options, index, room)?;
+    /// What the camera sees, without error.
+    pub fn taken(room: &Room<'_>, options: &ScanOptions, camera: Camera) -> Self {
         let least = if options.grazing_deg >= 90.0 { 0.0 } else { options.grazing_deg.to_radians().cos() };
         let fate = |pixel: usize| {
             let (origin, direction) = camera.ray(pixel);
@@ -85,7 +80,7 @@ impl RangeImage {
             }
         });
         let returns = returns.collect();
-        Ok(RangeImage { camera, returns, grazing, from_behind })
+        RangeImage { camera, returns, grazing, from_behind }
     }
 
     /// Adds the errors along the rays: noise that each pixel has of its own, noise that neighbours share, flying points.
@@ -104,8 +99,8 @@ impl RangeImage {
             let (lot, jump) = (flying.random::<f64>(), between(&mut flying, [-1.0, 1.0]));
             let Some(found) = found else { continue };
             if let Some(smooth) = &smooth {
-                error += options.smooth_noise
-                    * smooth.at(self.camera.in_image(pixel).map(|x| x / options.smooth_length));
+                error +=
+                    options.smooth_noise * smooth.at(self.camera.in_image(pixel).map(|x| x / options.smooth_length));
             }
             if lot < options.outliers {
                 error += options.outlier_reach * jump;

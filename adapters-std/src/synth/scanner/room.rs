@@ -36,7 +36,9 @@ impl<'a> Room<'a> {
     pub fn around(subject: &'a Mesh, options: &ScanOptions) -> Result<Self, Error> {
         subject.check()?;
         if subject.faces.is_empty() {
-            return Err(Error::input("a cloud cannot be scanned, rays pass between its points: give a mesh with triangles"));
+            return Err(Error::input(
+                "a cloud cannot be scanned, rays pass between its points: give a mesh with triangles",
+            ));
         }
         let seen = subject.faces.iter().flatten().map(|&vertex| DVec3::from_array(subject.positions[vertex as usize]));
         let (low, high) = seen.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
@@ -49,7 +51,7 @@ impl<'a> Room<'a> {
         let mut positions = subject.positions.clone();
         let mut faces = subject.faces.clone();
         if options.floor {
-            put_floor(&mut positions, &mut faces, DVec3::new(centre.x, low.y, centre.z), 1.5 * radius);
+            put_floor(&mut positions, &mut faces, DVec3::new(centre.x, low.y, centre.z), 0.7 * radius);
         }
         let mut random = stream(options.seed, Purpose::Clutter);
         for _ in 0..options.blobs {
@@ -105,13 +107,7 @@ const RINGS: usize = 11;
 const SECTORS: usize = 20;
 
 /// A ball with three bumps and dents.
-fn put_blob(
-    positions: &mut Vec<[f64; 3]>,
-    faces: &mut Vec<[u32; 3]>,
-    at: DVec3,
-    size: f64,
-    random: &mut ChaCha12Rng,
-) {
+fn put_blob(positions: &mut Vec<[f64; 3]>, faces: &mut Vec<[u32; 3]>, at: DVec3, size: f64, random: &mut ChaCha12Rng) {
     let waves: [(DVec3, f64); 3] =
         std::array::from_fn(|_| (3.0 * direction(random), std::f64::consts::TAU * random.random::<f64>()));
     let mut put = |d: DVec3| {
