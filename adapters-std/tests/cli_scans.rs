@@ -120,7 +120,10 @@ fn scans_come_with_their_truth() {
     second[4] = &again;
     json(&[&second[..], &["--seed", "2", "--threads", "3"]].concat());
     for (file, same) in [("scan_00.ply", "scan_01.ply"), ("truth_barycentric_00.npy", "truth_barycentric_01.npy")] {
-        assert_eq!(std::fs::read(folder.0.join("again").join(file)).unwrap(), std::fs::read(folder.0.join("out").join(same)).unwrap());
+        assert_eq!(
+            std::fs::read(folder.0.join("again").join(file)).unwrap(),
+            std::fs::read(folder.0.join("out").join(same)).unwrap()
+        );
     }
 }
 
@@ -145,9 +148,8 @@ fn what_cannot_be_scanned_is_refused_with_the_remedy() {
     let folder = Folder::new("refused");
     let [ball, metres] = [folder.ball("ball.ply", 1.0), folder.ball("metres.ply", 1e-3)];
     let out = folder.path("out");
-    let scan = |input: &str, more: &[&str], status| {
-        refused(&[&["synth", "scans", input, "-o", &out], more].concat(), status)
-    };
+    let scan =
+        |input: &str, more: &[&str], status| refused(&[&["synth", "scans", input, "-o", &out], more].concat(), status);
     let said = scan(&metres, &[], 1);
     assert!(said.contains("metres.ply") && said.contains("tell its unit"), "{said}");
     assert!(scan(&ball, &["--pixel", "0.001"], 1).contains("at most 16777216"));
@@ -155,7 +157,8 @@ fn what_cannot_be_scanned_is_refused_with_the_remedy() {
     assert!(scan(&ball, &["--outliers", "2"], 1).contains("share of outliers is 2: give a number from 0 to 1"));
     assert!(scan(&ball, &["--hole-radius", "9,4"], 1).contains("largest radius of a hole"));
     assert!(scan(&folder.path("none.ply"), &[], 1).contains("cannot be read"));
-    for wrong in [&["--from", "1,2,3"][..], &["--views", "0"], &["--from", "0,0", "--views", "2"], &["--unit", "mile"]] {
+    for wrong in [&["--from", "1,2,3"][..], &["--views", "0"], &["--from", "0,0", "--views", "2"], &["--unit", "mile"]]
+    {
         scan(&ball, wrong, 2);
     }
     // Few points are a sign of a wrong unit.

@@ -54,7 +54,7 @@ pub(super) struct ScansArgs {
     /// Standard deviation of each pixel's own noise along the ray, mm [default: 0.33]
     #[arg(long, value_name = "MM")]
     noise: Option<f64>,
-    /// Standard deviation of the noise that neighbours share, mm [default: 0.22]
+    /// Standard deviation of the noise that neighbours share, mm [default: 0.3]
     #[arg(long, value_name = "MM")]
     smooth_noise: Option<f64>,
     /// Distance over which they share it, mm [default: 25]

@@ -127,7 +127,7 @@ impl Default for ScanOptions {
             projection: Projection::Orthographic,
             pixel: 1.8,
             noise: 0.33,
-            smooth_noise: 0.22,
+            smooth_noise: 0.3,
             smooth_length: 25.0,
             grazing_deg: 74.0,
             two_sided: false,

@@ -26,7 +26,7 @@ fn subjects_that_cannot_be_scanned_are_told_why() {
     // In metres.
     let metres = Mesh { positions: plane(0.09, 0.0).positions, ..plane(1.0, 0.0) };
     assert!(refused(&metres, &options).contains("a mesh 0.2546 mm across cannot be scanned"));
-    let many = ScanOptions { views: vec![Viewpoint::FRONT; 5], ..faultless(0.05) };
+    let many = ScanOptions { views: vec![Viewpoint::FRONT; 5], ..faultless(0.055) };
     assert!(refused(&plane(90.0, 0.0), &many).contains("fewer views"));
     let eye = |distance| ScanOptions { projection: Projection::Perspective { distance }, ..faultless(2.0) };
     assert!(refused(&ball(40.0, 4), &eye(40.0)).contains("give at least 103.9 mm"));
