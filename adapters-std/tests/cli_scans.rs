@@ -153,7 +153,7 @@ fn what_cannot_be_scanned_is_refused_with_the_remedy() {
     let said = scan(&metres, &[], 1);
     assert!(said.contains("metres.ply") && said.contains("tell its unit"), "{said}");
     assert!(scan(&ball, &["--pixel", "0.001"], 1).contains("at most 16777216"));
-    assert!(scan(&ball, &["--eye", "50"], 1).contains("give at least"));
+    assert!(scan(&ball, &["--eye", "30"], 1).contains("give at least"));
     assert!(scan(&ball, &["--outliers", "2"], 1).contains("share of outliers is 2: give a number from 0 to 1"));
     assert!(scan(&ball, &["--hole-radius", "9,4"], 1).contains("largest radius of a hole"));
     assert!(scan(&folder.path("none.ply"), &[], 1).contains("cannot be read"));
