@@ -77,7 +77,7 @@ enum Synth {
     /// A population of faces with expressions on a quad grid
     Faces(synth_faces::FacesArgs),
     /// Raw scans of meshes as a depth scanner takes them, with their truth
-    Scans(synth_scans::ScansArgs),
+    Scans(Box<synth_scans::ScansArgs>),
 }
 
 #[derive(Debug, Subcommand)]
