@@ -23,7 +23,7 @@ pub(super) struct FrameArgs {
     unit: Option<Unit>,
 }
 
-fn unit(text: &str) -> Result<Unit, String> {
+pub(super) fn unit(text: &str) -> Result<Unit, String> {
     Unit::of_symbol(text).ok_or_else(|| "give mm, cm, m, in or ft".into())
 }
 

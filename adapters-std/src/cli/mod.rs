@@ -14,6 +14,7 @@ mod info_mesh;
 mod measure_distance;
 mod measure_model;
 mod synth_faces;
+mod synth_scans;
 mod train_face;
 mod validate;
 
@@ -75,6 +76,8 @@ enum Verb {
 enum Synth {
     /// A population of faces with expressions on a quad grid
     Faces(synth_faces::FacesArgs),
+    /// Raw scans of meshes as a depth scanner takes them, with their truth
+    Scans(Box<synth_scans::ScansArgs>),
 }
 
 #[derive(Debug, Subcommand)]
@@ -135,6 +138,7 @@ fn done(verb: &Verb, console: &Console) -> Result<(), crate::Error> {
         Verb::Export(args) => export::run(args, console),
         Verb::Convert(args) => convert::run(args, console),
         Verb::Synth(Synth::Faces(args)) => synth_faces::run(args, console),
+        Verb::Synth(Synth::Scans(args)) => synth_scans::run(args, console),
         Verb::Train(Train::Face(args)) => train_face::run(args, console),
         Verb::Clean(args) => clean::run(args, console),
         Verb::Generate(args) => generate::run(args, console),

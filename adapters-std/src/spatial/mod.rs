@@ -14,7 +14,7 @@ pub mod points;
 mod pseudo_normals;
 mod rays;
 #[cfg(test)]
-mod samples;
+pub(crate) mod samples;
 pub mod surface;
 mod triangle;
 pub mod triangles;

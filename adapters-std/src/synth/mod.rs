@@ -8,5 +8,6 @@ mod face_surface;
 pub mod faces;
 pub mod population_files;
 mod profile;
+pub mod scanner;
 
 pub use faces::{FaceOptions, FacePopulation};
