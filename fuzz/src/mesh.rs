@@ -63,8 +63,11 @@ pub fn check_gltf(bytes: &[u8]) {
 fn check_settled(file: &MeshFile, parse: Parse, format: Format) {
     let Ok(written) = format(file, &WriteOptions::default()) else { return };
     let mut settled = accepted(&written.bytes, parse, NonFinite::Refuse).expect("what was written is read");
-    // Frames of joints are inverted on the way and may be rounded again.
-    settled.skin = None;
+    // Frames of joints are inverted on the way and may be rounded again, and with them the vertices.
+    if settled.skin.take().is_some() {
+        let plain = format(&settled, &WriteOptions::default()).expect("what was read is written");
+        settled = accepted(&plain.bytes, parse, NonFinite::Refuse).expect("what was written is read");
+    }
     let again = format(&settled, &WriteOptions::default()).expect("what was read is written");
     let again = accepted(&again.bytes, parse, NonFinite::Refuse).expect("what was written is read");
     assert_same(&again.mesh, &settled.mesh);
@@ -106,7 +109,8 @@ fn accepted(bytes: &[u8], parse: Parse, non_finite: NonFinite) -> Option<MeshFil
 
 /// A mesh that only coordinates spoil fits together without them.
 fn check_kept(mut file: MeshFile, format: Format, encodings: &[Encoding]) {
-    assert!(file.mesh.check().is_err(), "refused, but nothing is wrong with it");
+    // A normal that no vertex uses is left out.
+    assert!(file.mesh.check().is_err() || !file.left_out.is_empty(), "refused, but nothing is wrong with it");
     for &encoding in encodings {
         // What cannot be written must not end the program either.
         let _ = format(&file, &WriteOptions { encoding });

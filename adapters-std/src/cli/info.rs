@@ -29,7 +29,7 @@ pub(super) fn run(args: &InfoArgs, console: &Console) -> Result<(), Error> {
         && !args.file.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("hab"))
     {
         return Err(Error::input(format!(
-            "{}: neither a model (.hab) nor a mesh by its extension; meshes are {}",
+            "{}: not a .hab model file, nor a mesh by its extension; meshes are {}",
             args.file.display(),
             io::mesh::read_extensions().join(", ")
         )));
