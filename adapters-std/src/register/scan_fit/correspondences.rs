@@ -1,4 +1,7 @@
-//! Which point of the model belongs to which point of the scan, both ways, with gates and robust weights.
+//! Which point of the model belongs to which point of the scan, with gates and robust weights; and how the two agree in the end.
+//!
+//! Pairs go from the scan to the model: its points average their noise, and what has no counterpart (neck, hair, holes) is told by the model's
+//! boundary. From the model to the scan as well they are not better (`tests/tests/face_fit.rs`, simulated scans), and take twice the time.
 
 use glam::DVec3;
 use habitus_core::fit::{Sample, SurfacePoint};
@@ -25,8 +28,6 @@ pub(super) struct Gates {
     pub sigma: [f64; 2],
     /// Area of surface whose points count as one observation, mm^2.
     pub independent_area: f64,
-    /// Share of the pairs scan to model in the total weight; the rest is model to scan.
-    pub scan_share: f64,
 }
 
 /// The pairs of one round.
@@ -35,6 +36,10 @@ pub(super) struct Pairs {
     pub samples: Vec<Sample>,
     /// Robust standard deviation of the residuals, mm.
     pub sigma: f64,
+}
+
+/// How a fit agrees with the scan.
+pub(super) struct Agreement {
     /// Share of the model's area that has a partner in the scan.
     pub coverage: f64,
     /// Median of the residuals' magnitudes, mm.
@@ -53,7 +58,6 @@ struct Pair {
     target: [f64; 3],
     normal: DVec3,
     residual: f64,
-    base: f64,
 }
 
 impl Pairs {
@@ -61,45 +65,62 @@ impl Pairs {
     pub(super) fn new(
         held: &Held,
         faces: &[[u32; 3]],
-        model_boundary: &[bool],
         placement: &Similarity<f32>,
         target: &Target,
         gates: &Gates,
     ) -> Result<Self, Error> {
-        let place = widened(placement);
-        let positions = held.positions().into_iter().map(|p| place.applied(p)).collect();
-        let mesh = Mesh { positions, faces: faces.to_vec(), ..Mesh::default() };
-        let surface = Surface { normals: mesh.vertex_normals(), areas: mesh.vertex_areas(), mesh };
-        let from_scan = surface.from_scan(target, gates)?;
-        let from_model = surface.from_model(model_boundary, target, gates);
-        let covered: f64 = from_model.iter().map(|pair| pair.base).sum();
-        let total: f64 = surface.areas.iter().sum();
-        let mut magnitudes: Vec<f64> =
-            from_scan.iter().chain(&from_model).map(|pair| pair.residual.abs()).collect();
-        magnitudes.sort_by(f64::total_cmp);
-        let median = magnitudes.get(magnitudes.len() / 2).copied().unwrap_or(f64::INFINITY);
+        let surface = Surface::new(held, faces, placement);
+        let pairs = surface.from_scan(target, gates)?;
+        let median = median_magnitude(&pairs);
         let sigma = (1.4826 * median).clamp(gates.sigma[0], gates.sigma[1]);
-        let observations = covered / gates.independent_area;
-        let mut samples = Vec::with_capacity(from_scan.len() + from_model.len());
-        for (pairs, share) in [(from_scan, gates.scan_share), (from_model, 1.0 - gates.scan_share)] {
-            let sum: f64 = pairs.iter().map(|pair| pair.base).sum();
-            let factor = share * observations / (sum.max(f64::MIN_POSITIVE) * sigma * sigma);
-            samples.extend(pairs.iter().filter(|_| share > 0.0).map(|pair| {
-                let limit = gates.robust * sigma;
-                let robust = limit * limit / (limit * limit + pair.residual * pair.residual);
-                Sample {
-                    point: pair.point,
-                    target: pair.target.map(|x| x as f32),
-                    normal: Some(pair.normal.to_array().map(|x| x as f32)),
-                    weight: (pair.base * factor * robust * robust) as f32,
-                }
-            }));
-        }
-        Ok(Pairs { samples, sigma, coverage: covered / total.max(f64::MIN_POSITIVE), median })
+        let base = target.cell * target.cell / (gates.independent_area * sigma * sigma);
+        let sample = |pair: &Pair| {
+            let limit = gates.robust * sigma;
+            let robust = limit * limit / (limit * limit + pair.residual * pair.residual);
+            Sample {
+                point: pair.point,
+                target: pair.target.map(|x| x as f32),
+                normal: Some(pair.normal.to_array().map(|x| x as f32)),
+                weight: (base * robust * robust) as f32,
+            }
+        };
+        Ok(Pairs { samples: pairs.iter().map(sample).collect(), sigma })
     }
 }
 
+impl Agreement {
+    /// How the model at the start of `held`, placed, agrees with `target`, seen from its own vertices.
+    pub(super) fn new(
+        held: &Held,
+        faces: &[[u32; 3]],
+        model_boundary: &[bool],
+        placement: &Similarity<f32>,
+        target: &Target,
+        gates: &Gates,
+    ) -> Self {
+        let surface = Surface::new(held, faces, placement);
+        let pairs = surface.from_model(model_boundary, target, gates);
+        let covered: f64 = pairs.iter().map(|&(_, area)| area).sum();
+        let total: f64 = surface.areas.iter().sum();
+        let pairs: Vec<Pair> = pairs.into_iter().map(|(pair, _)| pair).collect();
+        Agreement { median: median_magnitude(&pairs), coverage: covered / total.max(f64::MIN_POSITIVE) }
+    }
+}
+
+fn median_magnitude(pairs: &[Pair]) -> f64 {
+    let mut magnitudes: Vec<f64> = pairs.iter().map(|pair| pair.residual.abs()).collect();
+    magnitudes.sort_by(f64::total_cmp);
+    magnitudes.get(magnitudes.len() / 2).copied().unwrap_or(f64::INFINITY)
+}
+
 impl Surface {
+    fn new(held: &Held, faces: &[[u32; 3]], placement: &Similarity<f32>) -> Self {
+        let place = widened(placement);
+        let positions = held.positions().into_iter().map(|p| place.applied(p)).collect();
+        let mesh = Mesh { positions, faces: faces.to_vec(), ..Mesh::default() };
+        Surface { normals: mesh.vertex_normals(), areas: mesh.vertex_areas(), mesh }
+    }
+
     fn from_scan(&self, target: &Target, gates: &Gates) -> Result<Vec<Pair>, Error> {
         let tree = TriangleTree::new(&self.mesh.positions, &self.mesh.faces)?;
         let closest = tree.closest_all(&target.points);
@@ -123,13 +144,12 @@ impl Surface {
                 target: point,
                 normal,
                 residual: normal.dot(DVec3::from_array(point) - DVec3::from_array(closest.point)),
-                base: 1.0,
             })
         };
         Ok(closest.par_iter().enumerate().map(pair).collect::<Vec<_>>().into_iter().flatten().collect())
     }
 
-    fn from_model(&self, model_boundary: &[bool], target: &Target, gates: &Gates) -> Vec<Pair> {
+    fn from_model(&self, model_boundary: &[bool], target: &Target, gates: &Gates) -> Vec<(Pair, f64)> {
         let found = target.tree.nearest_all(&self.mesh.positions);
         let pair = |(vertex, near): (usize, &crate::spatial::Neighbour)| {
             let index = near.index as usize;
@@ -147,13 +167,8 @@ impl Surface {
             if (offset - residual * normal).length() > 1.5 * target.cell {
                 return None;
             }
-            Some(Pair {
-                point: SurfacePoint::vertex(vertex as u32),
-                target: target.points[index],
-                normal,
-                residual,
-                base: self.areas[vertex],
-            })
+            let point = SurfacePoint::vertex(vertex as u32);
+            Some((Pair { point, target: target.points[index], normal, residual }, self.areas[vertex]))
         };
         found.iter().enumerate().filter_map(pair).collect()
     }

@@ -5,9 +5,11 @@
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::{Block, Generator, LANES, NUMBERS, Weights};
 
+use super::displacement::Displacement;
 use super::state::State;
 use crate::Error;
 use crate::evaluate::linearise_parallel;
+use crate::mesh::Mesh;
 
 /// `F(w0) + J (w - w0)` over the first `identity_dim` identity weights and all pose weights.
 pub(super) struct Held {
@@ -16,11 +18,15 @@ pub(super) struct Held {
     pose_dim: usize,
     /// Identity weights of the whole generator: where the columns of the pose begin.
     all_identity: usize,
+    /// Pose weights of the generator; the rest of `pose_dim` are amplitudes of the displacement.
+    own_pose: usize,
     /// `w0` of the free weights.
     identity: Vec<f32>,
     pose: Vec<f32>,
     values: Vec<f32>,
     jacobian: Vec<f32>,
+    /// Columns of the displacement.
+    bumps: Vec<f32>,
 }
 
 impl Held {
@@ -39,11 +45,36 @@ impl Held {
             identity_dim,
             pose_dim: generator.pose_dim(),
             all_identity: generator.identity_dim(),
+            own_pose: generator.pose_dim(),
             identity: state.identity[..identity_dim].to_vec(),
             pose: state.pose.clone(),
             values,
             jacobian,
+            bumps: Vec::new(),
         })
+    }
+
+    /// With a displacement along the normals of the surface as it is, whose amplitudes (mm) stand behind the pose weights; they begin with
+    /// `amplitudes`.
+    pub(super) fn displaced(mut self, displacement: &Displacement, amplitudes: &[f32], faces: &[[u32; 3]]) -> Self {
+        let mesh = Mesh { positions: self.positions(), faces: faces.to_vec(), ..Mesh::default() };
+        let normals = mesh.vertex_normals();
+        let (n_blocks, n_bumps) = (self.n_vertices.div_ceil(LANES), displacement.dim());
+        let mut bumps = vec![0.0; n_blocks * n_bumps * NUMBERS];
+        for (bump, (heights, amplitude)) in displacement.heights.iter().zip(amplitudes).enumerate() {
+            for (vertex, (normal, height)) in normals.iter().zip(heights).enumerate() {
+                let (block, lane) = (vertex / LANES, vertex % LANES);
+                for axis in 0..3 {
+                    let number = normal[axis] as f32 * height;
+                    bumps[(block * n_bumps + bump) * NUMBERS + axis * LANES + lane] = number;
+                    self.values[block * NUMBERS + axis * LANES + lane] += amplitude * number;
+                }
+            }
+        }
+        self.bumps = bumps;
+        self.pose_dim = self.own_pose + n_bumps;
+        self.pose.extend_from_slice(amplitudes);
+        self
     }
 
     /// Positions at `w0`, mm.
@@ -57,7 +88,11 @@ impl Held {
 
     /// The numbers of the column of a free weight in one block.
     fn column(&self, block: usize, free: usize) -> Option<&[f32; NUMBERS]> {
-        let all = self.all_identity + self.pose_dim;
+        if let Some(bump) = free.checked_sub(self.identity_dim + self.own_pose) {
+            let n_bumps = self.pose_dim - self.own_pose;
+            return self.bumps.as_chunks::<NUMBERS>().0.get(block * n_bumps + bump);
+        }
+        let all = self.all_identity + self.own_pose;
         let column = if free < self.identity_dim { free } else { free - self.identity_dim + self.all_identity };
         self.jacobian.as_chunks::<NUMBERS>().0.get(block * all + column)
     }

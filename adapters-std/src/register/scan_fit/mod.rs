@@ -5,13 +5,17 @@
 //! numerical work is the kernel's: its normal equations, its Levenberg-Marquardt, its priors.
 
 mod correspondences;
+mod displacement;
 mod held;
+mod judgement;
+mod named;
 mod options;
 mod problem;
 mod start;
 mod state;
 mod target;
 
+pub use named::in_model_order;
 pub use options::ScanFitOptions;
 
 use habitus_core::fit::Frame;
@@ -22,10 +26,11 @@ use crate::Error;
 use crate::mesh::Mesh;
 use crate::register::rigid::Similarity;
 use crate::spatial::frame_recovery::Unit;
-use correspondences::{Gates, Pairs};
+use correspondences::{Agreement, Pairs};
+use displacement::Displacement;
 use held::Held;
 use problem::{improved, widened};
-use start::{Start, bilinear, landmark_samples, residuals, rms};
+use start::{Start, bilinear, landmark_samples, residuals, rms, spread};
 use state::Priors;
 use target::{Target, boundary_vertices};
 
@@ -50,6 +55,12 @@ pub struct ScanFit {
     pub median: f64,
     /// Share of the model's area that has a partner in the scan.
     pub coverage: f64,
+    /// Root mean square distance of the landmarks from those of the model that was fitted to them alone, mm.
+    pub start_residual: f64,
+    /// Squared Mahalanobis distance of the identity weights from the mean.
+    pub identity_energy: f64,
+    /// The same of the pose weights.
+    pub pose_energy: f64,
     /// Points of the scan that took part.
     pub n_points: usize,
 }
@@ -73,33 +84,45 @@ pub fn fit_scan(
     let priors = Priors::of(model)?;
     let generator = bilinear(model)?;
     let start = Start::new(model, &priors, landmarks, options.unit, options.landmark_sigma)?;
-    let target = Target::new(scan, &start.region, options.cell, options.max_points)?;
+    let target = Target::new(scan, &start.region, options.cell, options.max_points, options.coherence)?;
     let n_vertices = generator.vertex_count();
     let model_boundary =
         boundary_vertices(&Mesh { positions: vec![[0.0; 3]; n_vertices], faces: faces.clone(), ..Mesh::default() });
 
+    let mean = Held::new(&generator, &priors.mean_state(), 0)?.positions();
+    let surface = Mesh { positions: mean, faces: faces.clone(), ..Mesh::default() };
+    let smooth = if options.displacement > 0.0 {
+        Displacement::new(&surface.positions, surface.area(), options.displacement, options.correlation)?
+    } else {
+        Displacement::none()
+    };
+    let none = Displacement::none();
     let mut state = start.state;
-    let mut last = None;
+    let mut sigma = options.sigma;
     for round in options.rounds(generator.identity_dim()) {
-        let held = Held::new(&generator, &state, round.identity_dim)?;
-        let gates = Gates {
-            distance: round.distance,
-            cosine: options.max_angle.to_radians().cos(),
-            robust: round.robust,
-            sigma: [options.sigma, round.max_sigma],
-            independent_area: options.independent_area,
-            scan_share: options.scan_share,
-        };
-        let pairs = Pairs::new(&held, &faces, &model_boundary, &state.placement, &target, &gates)?;
+        let smooth = if round.displaced { &smooth } else { &none };
+        state.amplitudes.resize(smooth.dim(), 0.0);
+        let held = Held::new(&generator, &state, round.identity_dim)?.displaced(smooth, &state.amplitudes, &faces);
+        let gates = options.gates(&round);
+        let landmark_sigma = spread(&residuals(&held, &start.landmarks, &state.placement)).max(options.landmark_sigma);
+        let pairs = Pairs::new(&held, &faces, &state.placement, &target, &gates)?;
+        sigma = pairs.sigma;
         let mut samples = pairs.samples;
-        samples.extend(landmark_samples(&held, &start.landmarks, &state.placement, options.landmark_sigma));
-        state = improved(&held, &samples, &priors, options.prior_factor, Frame::Rigid, &state, 3)?;
-        last = Some((pairs.sigma, pairs.median, pairs.coverage));
+        samples.extend(landmark_samples(&held, &start.landmarks, &state.placement, landmark_sigma));
+        state = improved(&held, &samples, &priors, &smooth.precision, [options.identity_prior, options.pose_prior], Frame::Rigid, &state, options.steps)?;
     }
-    let (sigma, median, coverage) = last.ok_or_else(|| Error::input("a fit of no rounds: give at least one"))?;
+    state.amplitudes.clear();
     let held = Held::new(&generator, &state, 0)?;
+    let gates = options.last_gates();
+    let agreement = Agreement::new(&held, &faces, &model_boundary, &state.placement, &target, &gates);
     let landmark_residuals = residuals(&held, &start.landmarks, &state.placement);
-    let _ = rms;
+    let identity_energy = priors.identity.energy(&state.identity);
+    let pose_energy = priors.pose.energy(&state.pose);
+    if options.refuse {
+        let lengths =
+            [("identity", identity_energy, state.identity.len()), ("expression", pose_energy, state.pose.len())];
+        judgement::refuse_other_kinds(&agreement, rms(&landmark_residuals), lengths)?;
+    }
     let (inner, unit_mm, centre) = (widened(&state.placement), start.region.unit_mm, start.region.centre);
     let placement = Similarity {
         scale: inner.scale / unit_mm,
@@ -114,8 +137,11 @@ pub fn fit_scan(
         unit: start.unit,
         landmark_residuals,
         sigma,
-        median,
-        coverage,
+        median: agreement.median,
+        coverage: agreement.coverage,
+        start_residual: start.residual,
+        identity_energy,
+        pose_energy,
         n_points: target.points.len(),
     })
 }

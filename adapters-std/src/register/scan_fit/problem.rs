@@ -19,7 +19,9 @@ struct Problem<'a> {
     held: &'a Held,
     samples: &'a [Sample],
     priors: &'a Priors,
-    prior_factor: f64,
+    /// Precision of the displacement's amplitudes.
+    smooth: &'a [f64],
+    prior_factors: [f64; 2],
     frame: Frame,
     state: State,
     trial: State,
@@ -36,8 +38,8 @@ impl Problem<'_> {
     fn sums(&self, chunk: &[Sample], n: usize) -> Result<Sums, habitus_core::Error> {
         let mut sums = Sums { jtj: vec![0.0; n * n], jtr: vec![0.0; n], energy: 0.0 };
         let mut workspace = vec![0.0; normal_equations_req(self.held.dim(), self.frame).numbers()];
-        let weights =
-            Weights { identity: &self.trial.identity[..self.held.identity_dim()], pose: &self.trial.pose };
+        let pose: Vec<f32> = self.trial.pose.iter().chain(&self.trial.amplitudes).copied().collect();
+        let weights = Weights { identity: &self.trial.identity[..self.held.identity_dim()], pose: &pose };
         let placement = &self.trial.placement;
         let (jtj, jtr) = (&mut sums.jtj[..], &mut sums.jtr[..]);
         sums.energy = normal_equations(self.held, weights, chunk, placement, self.frame, jtj, jtr, &mut workspace)?;
@@ -46,19 +48,35 @@ impl Problem<'_> {
 
     /// Adds the prior of one group, of which the first `dim` weights are free, at variable `first`.
     fn add_prior(&self, identity: bool, dim: usize, first: usize, jtj: &mut [f64], jtr: &mut [f64]) -> f64 {
-        let (prior, weights) = if identity {
-            (&self.priors.identity, &self.trial.identity)
+        let (prior, weights, factor) = if identity {
+            (&self.priors.identity, &self.trial.identity, self.prior_factors[0])
         } else {
-            (&self.priors.pose, &self.trial.pose)
+            (&self.priors.pose, &self.trial.pose, self.prior_factors[1])
         };
         let (all, stride) = (prior.mean.len(), jtr.len());
         for (i, gradient) in prior.gradient(weights).into_iter().take(dim).enumerate() {
-            jtr[first + i] += self.prior_factor * gradient;
+            jtr[first + i] += factor * gradient;
             for j in 0..dim {
-                jtj[(first + i) * stride + first + j] += self.prior_factor * prior.precision[i * all + j];
+                jtj[(first + i) * stride + first + j] += factor * prior.precision[i * all + j];
             }
         }
-        self.prior_factor * prior.energy(weights)
+        factor * prior.energy(weights)
+    }
+}
+
+impl Problem<'_> {
+    /// Adds the prior of the displacement, whose amplitudes begin at variable `first`.
+    fn add_smoothness(&self, first: usize, jtj: &mut [f64], jtr: &mut [f64]) -> f64 {
+        let (amplitudes, stride) = (&self.trial.amplitudes, jtr.len());
+        let mut energy = 0.0;
+        for (i, row) in self.smooth.chunks_exact(amplitudes.len().max(1)).enumerate() {
+            let gradient: f64 = row.iter().zip(amplitudes).map(|(p, &a)| p * f64::from(a)).sum();
+            jtr[first + i] += gradient;
+            energy += gradient * f64::from(amplitudes[i]);
+            let entries = &mut jtj[(first + i) * stride + first..][..row.len()];
+            entries.iter_mut().zip(row).for_each(|(to, p)| *to += p);
+        }
+        energy
     }
 }
 
@@ -73,7 +91,8 @@ impl LeastSquares<f64> for Problem<'_> {
         for (to, &from) in self.trial.identity[..identity_dim].iter_mut().zip(x) {
             *to = from as f32;
         }
-        for (to, &from) in self.trial.pose.iter_mut().zip(&x[identity_dim..]) {
+        let pose = self.trial.pose.iter_mut().chain(&mut self.trial.amplitudes);
+        for (to, &from) in pose.zip(&x[identity_dim..identity_dim + pose_dim]) {
             *to = from as f32;
         }
         if let [a, b, c, u, v, w, rest @ ..] = &x[identity_dim + pose_dim..] {
@@ -94,7 +113,9 @@ impl LeastSquares<f64> for Problem<'_> {
             energy += f64::from(sums.energy);
         }
         energy += self.add_prior(true, identity_dim, 0, jtj, jtr);
-        energy += self.add_prior(false, pose_dim, identity_dim, jtj, jtr);
+        let own_pose = self.trial.pose.len();
+        energy += self.add_prior(false, own_pose, identity_dim, jtj, jtr);
+        energy += self.add_smoothness(identity_dim + own_pose, jtj, jtr);
         Ok(energy)
     }
 
@@ -111,17 +132,18 @@ pub(super) fn improved(
     held: &Held,
     samples: &[Sample],
     priors: &Priors,
-    prior_factor: f64,
+    smooth: &[f64],
+    prior_factors: [f64; 2],
     frame: Frame,
     state: &State,
     max_iterations: u32,
 ) -> Result<State, Error> {
-    let free = state.identity[..held.identity_dim()].iter().chain(&state.pose).map(|&x| f64::from(x));
+    let free = state.identity[..held.identity_dim()].iter().chain(&state.pose).chain(&state.amplitudes).map(|&x| f64::from(x));
     let mut x: Vec<f64> = free.chain(std::iter::repeat_n(0.0, frame.dim())).collect();
     let mut workspace = vec![0.0; minimised_req(x.len()).numbers()];
     let limits = Limits { max_iterations, relative_decrease: 1e-4, damping: 1e-6 };
     let mut problem =
-        Problem { held, samples, priors, prior_factor, frame, state: state.clone(), trial: state.clone() };
+        Problem { held, samples, priors, smooth, prior_factors, frame, state: state.clone(), trial: state.clone() };
     minimised_in_place(&mut problem, &mut x, &[], &[], &limits, &mut workspace)
         .map_err(|error| Error::Kernel { what: "the fit cannot be improved".into(), error })?;
     Ok(problem.state)

@@ -96,7 +96,7 @@ impl Start {
         for _ in 0..4 {
             let held = Held::new(&all, &state, usize::MAX)?;
             let samples = landmark_samples(&held, &landmarks, &state.placement, sigma);
-            state = improved(&held, &samples, priors, 1.0, Frame::Rigid, &state, 5)?;
+            state = improved(&held, &samples, priors, &[], [1.0; 2], Frame::Rigid, &state, 5)?;
         }
         let held = Held::new(&all, &state, 0)?;
         let residual = rms(&residuals(&held, &landmarks, &state.placement));
@@ -148,6 +148,15 @@ pub(super) fn residuals(held: &Held, landmarks: &[Landmark], placement: &Similar
         glam::DVec3::from_array(p).distance(glam::DVec3::from_array(landmark.position))
     };
     landmarks.iter().map(residual).collect()
+}
+
+/// Standard deviation per axis of which `distances` are the lengths, from their median; single large ones do not change it.
+pub(super) fn spread(distances: &[f64]) -> f64 {
+    /// Median length of three independent normal deviates.
+    const MEDIAN: f64 = 1.538;
+    let mut sorted = distances.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0) / MEDIAN
 }
 
 /// Root mean square.

@@ -10,6 +10,8 @@ use crate::Error;
 pub(super) struct State {
     pub identity: Vec<f32>,
     pub pose: Vec<f32>,
+    /// Amplitudes of the displacement, mm; none while there is no displacement.
+    pub amplitudes: Vec<f32>,
     pub placement: Similarity<f32>,
 }
 
@@ -45,6 +47,7 @@ impl Priors {
         State {
             identity: single(&self.identity.mean),
             pose: single(&self.pose.mean),
+            amplitudes: Vec::new(),
             placement: Similarity::IDENTITY,
         }
     }

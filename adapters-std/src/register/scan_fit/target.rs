@@ -1,6 +1,7 @@
 //! A scan as the target of a fit: the points near the face, in millimetres about their landmarks, thinned, with normals.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::Error;
 use crate::mesh::Mesh;
@@ -12,7 +13,7 @@ use crate::spatial::{CloudNormalOptions, Outside, PointTree, cloud_normals};
 pub(super) struct Target {
     /// Points, mm, about the centre.
     pub points: Vec<[f64; 3]>,
-    /// Unit normals; zero where there is none.
+    /// Unit normals, smoothed over the neighbours; zero where these do not agree, as in hair.
     pub normals: Vec<[f64; 3]>,
     /// Whether the surface of the scan ends at the point.
     pub at_boundary: Vec<bool>,
@@ -36,6 +37,8 @@ pub(super) struct Region {
 
 /// Distance of the position towards which normals of clouds are turned, in radii of the region.
 const VIEWPOINT: f64 = 10.0;
+/// Radius over which normals are smoothed, in cells.
+const NEIGHBOURHOOD: f64 = 2.0;
 
 impl Target {
     /// The part of `scan` in `region`: one point for each cell of side `cell` mm, of larger cells when there are more than `most` points.
@@ -44,7 +47,7 @@ impl Target {
     ///
     /// # Errors
     /// [`Error::Input`] when no point lies in the region.
-    pub(super) fn new(scan: &Mesh, region: &Region, cell: f64, most: usize) -> Result<Self, Error> {
+    pub(super) fn new(scan: &Mesh, region: &Region, cell: f64, most: usize, coherence: f64) -> Result<Self, Error> {
         let centre = DVec3::from_array(region.centre);
         let placed = |p: &[f64; 3]| ((DVec3::from_array(*p) - centre) * region.unit_mm).to_array();
         let inside: Vec<u32> = (0..scan.positions.len() as u32)
@@ -75,11 +78,30 @@ impl Target {
             let options = CloudNormalOptions { outside: Outside::Towards(viewpoint), ..CloudNormalOptions::default() };
             cloud_normals(&points, &options)?.normals
         };
-        let normals = normals.into_iter().map(crate::mesh::unit).collect();
+        let normals: Vec<[f64; 3]> = normals.into_iter().map(crate::mesh::unit).collect();
         let of_scan = boundary_vertices(scan);
         let at_boundary = vertices.iter().map(|&v| of_scan.get(v as usize).copied().unwrap_or(false)).collect();
-        Ok(Target { tree: PointTree::new(&points)?, points, normals, at_boundary, cell })
+        let tree = PointTree::new(&points)?;
+        let normals = smoothed(&tree, &points, &normals, NEIGHBOURHOOD * cell, coherence);
+        Ok(Target { tree, points, normals, at_boundary, cell })
     }
+}
+
+/// Mean normals of the points within `radius` of each; zero where their mean is shorter than `coherence`.
+fn smoothed(
+    tree: &PointTree,
+    points: &[[f64; 3]],
+    normals: &[[f64; 3]],
+    radius: f64,
+    coherence: f64,
+) -> Vec<[f64; 3]> {
+    let mean = |point: &[f64; 3]| {
+        let near = tree.within(*point, radius);
+        let sum: DVec3 = near.iter().map(|near| DVec3::from_array(normals[near.index as usize])).sum();
+        let mean = sum / near.len().max(1) as f64;
+        if mean.length() >= coherence { mean.normalize_or_zero().to_array() } else { [0.0; 3] }
+    };
+    points.par_iter().map(mean).collect()
 }
 
 /// Whether each vertex lies on an edge of one face only; nothing for a cloud.
