@@ -13,46 +13,19 @@ use std::time::Instant;
 /// The scans without glasses and hair.
 const CLEAN: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 10, 11];
 
-fn variable(name: &str, default: f64) -> f64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
-
-fn options() -> ScanFitOptions {
-    let d = ScanFitOptions::default();
-    ScanFitOptions {
-        landmark_sigma: variable("LM", d.landmark_sigma),
-        sigma: variable("SIGMA", d.sigma),
-        independent_area: variable("AREA", d.independent_area),
-        displacement: variable("DISP", d.displacement),
-        correlation: variable("CORR", d.correlation),
-        point_area: variable("PAREA", d.point_area),
-        steps: variable("STEPS", f64::from(d.steps)) as u32,
-        n_fine: variable("FINE", d.n_fine as f64) as usize,
-        identity_prior: variable("PRIOR", d.identity_prior),
-        last_distance: variable("LAST", d.last_distance),
-        coherence: variable("COH", d.coherence),
-        refuse: false,
-        pose_prior: variable("POSE", d.pose_prior),
-        max_angle: variable("ANGLE", d.max_angle),
-        cell: variable("CELL", d.cell),
-        n_rounds: variable("ROUNDS", d.n_rounds as f64) as usize,
-        robust: variable("ROBUST", d.robust),
-        ..d
-    }
-}
-
 #[test]
 fn shared_scans_are_fitted() {
     let Some(dir) = habitus_tests::data::dir_or_skip("shared_scans_are_fitted") else { return };
     let shared = Shared::read(&dir);
-    for (size, best) in [((20, 10), 1.04), ((59, 10), 0.64)] {
+    // Size, projection of the truth, bar of the clean mean, mm; the aim at (20, 10) is 1.45.
+    for (size, best, bar) in [((20, 10), 1.04, 1.60), ((59, 10), 0.64, 1.15)] {
         let bytes = shared.model(size);
         let model = habitus_core::format::Model::open(&bytes).expect("a model");
         let mut scores: Vec<Score> = Vec::new();
         for k in 0..12 {
             let clock = Instant::now();
             let scan = &shared.scans[k];
-            let fit = fit_scan(&model, scan, &shared.landmarks(k), &options()).expect("a fit");
+            let fit = fit_scan(&model, scan, &shared.landmarks(k), &ScanFitOptions::default()).expect("a fit");
             let seconds = clock.elapsed().as_secs_f64();
             let mut score = shared.score(k, &fit.vertices);
             score.note = format!(
@@ -64,7 +37,8 @@ fn shared_scans_are_fitted() {
             );
             scores.push(score);
         }
-        print_table(&format!("{size:?}"), &scores, best);
+        let mean = print_table(&format!("{size:?}"), &scores, best);
+        assert!(mean <= bar, "clean mean {mean} mm at {size:?}, at most {bar}");
     }
 }
 
@@ -82,14 +56,21 @@ fn fits_stand_disturbed_landmarks_and_moved_scans() {
     let bytes = shared.model((59, 10));
     let model = habitus_core::format::Model::open(&bytes).expect("a model");
     let mut random = Random::new(7);
-    let cases = ["as given", "landmarks disturbed by 5 mm", "5 of 13 missing", "turned and moved by 10 m", "in metres", "declared metres"];
+    let cases = [
+        "as given",
+        "landmarks disturbed by 5 mm",
+        "5 of 13 missing",
+        "turned and moved by 10 m",
+        "in metres",
+        "declared metres",
+    ];
     let mut means = Vec::new();
     for case in cases {
         let mut sum = 0.0;
         for k in CLEAN {
             let mut scan = shared.scans[k].clone();
             let mut landmarks = shared.landmarks(k);
-            let mut options = options();
+            let mut options = ScanFitOptions::default();
             match case {
                 "landmarks disturbed by 5 mm" => landmarks.iter_mut().flatten().for_each(|p| {
                     let direction: [f64; 3] = std::array::from_fn(|_| random.normal());
@@ -133,13 +114,14 @@ fn other_things_are_refused() {
     let bytes = shared.model((59, 10));
     let model = habitus_core::format::Model::open(&bytes).expect("a model");
     let mean = shared.mean_landmarks();
-    for file in ["meshes/cat.ply", "meshes/cube.ply", "bodies/scans/scan_00.ply", "meshes/spot.ply", "meshes/sphere.ply"] {
+    for file in
+        ["meshes/cat.ply", "meshes/cube.ply", "bodies/scans/scan_00.ply", "meshes/spot.ply", "meshes/sphere.ply"]
+    {
         let scan = habitus::io::mesh::read(dir.join(file)).expect("a mesh");
         let (low, high) = scan.bounding_box().expect("a box");
         let (from, to) = bounds(&mean);
-        let scaled = |p: &[f64; 3]| {
-            std::array::from_fn(|a| low[a] + (p[a] - from[a]) / (to[a] - from[a]) * (high[a] - low[a]))
-        };
+        let scaled =
+            |p: &[f64; 3]| std::array::from_fn(|a| low[a] + (p[a] - from[a]) / (to[a] - from[a]) * (high[a] - low[a]));
         let in_box: Vec<[f64; 3]> = mean.iter().map(scaled).collect();
         let tree = PointTree::new(&scan.positions).expect("points");
         let picked: Vec<[f64; 3]> = in_box.iter().map(|&p| scan.positions[tree.nearest(p).index as usize]).collect();
@@ -150,11 +132,17 @@ fn other_things_are_refused() {
                 let mut scan = scan.clone();
                 scan.positions.iter_mut().for_each(|p| *p = p.map(|x| x * scale));
                 let landmarks: Vec<_> = points.iter().map(|p| Some(p.map(|x| x * scale))).collect();
-                let found = fit_scan(&model, &scan, &landmarks, &ScanFitOptions { refuse: true, ..options() });
-                println!("{file}, {how}, times {scale:.3}: {}", match &found {
-                    Ok(fit) => format!("ACCEPTED {:.2} {:.2} {:.1} {:.1}", fit.coverage, fit.median, fit.identity_energy, fit.pose_energy),
-                    Err(error) => error.to_string(),
-                });
+                let found = fit_scan(&model, &scan, &landmarks, &ScanFitOptions::default());
+                println!(
+                    "{file}, {how}, times {scale:.3}: {}",
+                    match &found {
+                        Ok(fit) => format!(
+                            "ACCEPTED {:.2} {:.2} {:.1} {:.1}",
+                            fit.coverage, fit.median, fit.identity_energy, fit.pose_energy
+                        ),
+                        Err(error) => error.to_string(),
+                    }
+                );
                 assert!(found.is_err(), "{file}, {how}, times {scale}");
             }
         }
@@ -173,16 +161,21 @@ fn exchanged_sides_are_refused() {
         for [a, b] in [[0, 3], [1, 2], [5, 6], [8, 9]] {
             landmarks.swap(a, b);
         }
-        let error = fit_scan(&model, &shared.scans[k], &landmarks, &options()).expect_err("refused").to_string();
+        let error = fit_scan(&model, &shared.scans[k], &landmarks, &ScanFitOptions::default())
+            .expect_err("refused")
+            .to_string();
         assert!(error.contains("left and right"), "{k}: {error}");
         landmarks.iter_mut().skip(3).for_each(|landmark| *landmark = None);
-        let error = fit_scan(&model, &shared.scans[k], &landmarks, &options()).expect_err("refused").to_string();
+        let error = fit_scan(&model, &shared.scans[k], &landmarks, &ScanFitOptions::default())
+            .expect_err("refused")
+            .to_string();
         assert!(error.contains("at least 4"), "{error}");
     }
 }
 
 fn bounds(points: &[[f64; 3]]) -> ([f64; 3], [f64; 3]) {
-    let fold = |f: fn(f64, f64) -> f64| points.iter().skip(1).fold(points[0], |b, p| std::array::from_fn(|a| f(b[a], p[a])));
+    let fold =
+        |f: fn(f64, f64) -> f64| points.iter().skip(1).fold(points[0], |b, p| std::array::from_fn(|a| f(b[a], p[a])));
     (fold(f64::min), fold(f64::max))
 }
 
@@ -193,18 +186,18 @@ fn spread(points: &[[f64; 3]]) -> f64 {
     (points.iter().map(|p| (0..3).map(|a| (p[a] - mean[a]).powi(2)).sum::<f64>()).sum::<f64>() / n).sqrt()
 }
 
+/// The figures on which the defaults were chosen: `cargo test -p habitus-tests --test face_fit simulated -- --ignored --nocapture`.
 #[test]
-#[ignore = "long"]
+#[ignore = "long in a debug build"]
 fn simulated_scans_are_fitted() {
     let Some(dir) = habitus_tests::data::dir_or_skip("simulated_scans_are_fitted") else { return };
     let shared = Shared::read(&dir);
     let scans = Simulated::all(&dir, &shared, shared.landmark_vertices());
-    let scans: Vec<Simulated> = scans.into_iter().step_by(variable("STRIDE", 1.0) as usize).collect();
-    for size in [(20, 10), (59, 10)].into_iter().skip(variable("SKIP", 0.0) as usize).take(variable("TAKE", 2.0) as usize) {
+    for size in [(20, 10), (59, 10)] {
         let bytes = shared.model(size);
         let model = habitus_core::format::Model::open(&bytes).expect("a model");
         let score = |scan: &Simulated| {
-            let fit = fit_scan(&model, &scan.scan, &scan.landmarks, &options()).expect("a fit");
+            let fit = fit_scan(&model, &scan.scan, &scan.landmarks, &ScanFitOptions::default()).expect("a fit");
             scan.score(&shared, &fit.vertices)
         };
         let scores: Vec<(bool, Score)> = scans.iter().map(|scan| (scan.has_hair, score(scan))).collect();

@@ -94,7 +94,12 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
 }
 
 /// The landmarks in the order of the model.
-fn landmarks(args: &FitArgs, model: &Model<'_>, scan: &Mesh, console: &Console) -> Result<Vec<Option<[f64; 3]>>, Error> {
+fn landmarks(
+    args: &FitArgs,
+    model: &Model<'_>,
+    scan: &Mesh,
+    console: &Console,
+) -> Result<Vec<Option<[f64; 3]>>, Error> {
     let named = |problem: Error| match problem {
         Error::Input(problem) => Error::Input(format!("{}: {problem}", args.landmarks.display())),
         other => other,
@@ -130,7 +135,8 @@ fn figure(args: &FitArgs, fit: &ScanFit, scan: &Mesh, fitted: &Mesh) -> Result<D
         let (r, t) = (&fit.placement.rotation, &fit.placement.translation);
         std::array::from_fn(|axis| mm * (0..3).map(|row| r[row][axis] * (p[row] - t[row])).sum::<f64>())
     };
-    let turned = |n: &[f64; 3]| std::array::from_fn(|axis| (0..3).map(|row| fit.placement.rotation[row][axis] * n[row]).sum());
+    let turned =
+        |n: &[f64; 3]| std::array::from_fn(|axis| (0..3).map(|row| fit.placement.rotation[row][axis] * n[row]).sum());
     let moved = |mesh: &Mesh| Mesh {
         positions: mesh.positions.iter().map(upright).collect(),
         normals: mesh.normals.iter().map(turned).collect(),
@@ -138,8 +144,7 @@ fn figure(args: &FitArgs, fit: &ScanFit, scan: &Mesh, fitted: &Mesh) -> Result<D
     };
     let (scan, fitted) = (moved(scan), moved(fitted));
     let distances = Target::new(&scan)?.distances(&fitted.positions);
-    let shown: Vec<f64> =
-        distances.iter().map(|d| if d.at_boundary { f64::NAN } else { d.distance }).collect();
+    let shown: Vec<f64> = distances.iter().map(|d| if d.at_boundary { f64::NAN } else { d.distance }).collect();
     let mut sorted: Vec<f64> = shown.iter().copied().filter(|d| d.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let limit = rounded_up(sorted.get(sorted.len() * 9 / 10).copied().unwrap_or(1.0).max(1e-3));

@@ -24,7 +24,10 @@ pub fn read(name: &Path) -> Result<LandmarkFile, Error> {
             return Err(problem(format!("there is no row {row}, the array has {rows} (counted from 0)")));
         }
         (&[rows, _, 3], None) => {
-            return Err(problem(format!("the array has the landmarks of {rows} scans; name one, such as {}:0", path.display())));
+            return Err(problem(format!(
+                "the array has the landmarks of {rows} scans; name one, such as {}:0",
+                path.display()
+            )));
         }
         _ => return Err(problem(format!("the array has shape {shape:?}; landmarks have [n, 3], or [scans, n, 3]"))),
     };

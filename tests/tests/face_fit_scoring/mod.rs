@@ -140,7 +140,9 @@ pub fn scored(found: &[[f64; 3]], truth: &[[f64; 3]], visible: &[bool]) -> Score
 
 /// Prints the table of the twelve scans and returns the mean over the clean ones.
 pub fn print_table(title: &str, scores: &[Score], best: f64) -> f64 {
-    println!("\n{title}: vertex errors against the truth, mm\n| scan | mean | median | 95 % | hidden mean | hidden share | |");
+    println!(
+        "\n{title}: vertex errors against the truth, mm\n| scan | mean | median | 95 % | hidden mean | hidden share | |"
+    );
     println!("|---|---|---|---|---|---|---|");
     for (k, s) in scores.iter().enumerate() {
         println!(
@@ -148,7 +150,8 @@ pub fn print_table(title: &str, scores: &[Score], best: f64) -> f64 {
             s.mean, s.median, s.q95, s.hidden, s.hidden_share, s.note
         );
     }
-    let mut clean: Vec<f64> = scores.iter().enumerate().filter(|(k, _)| ![8, 9].contains(k)).map(|(_, s)| s.mean).collect();
+    let mut clean: Vec<f64> =
+        scores.iter().enumerate().filter(|(k, _)| ![8, 9].contains(k)).map(|(_, s)| s.mean).collect();
     let mean = clean.iter().sum::<f64>() / clean.len() as f64;
     clean.sort_by(f64::total_cmp);
     let median = 0.5 * (clean[clean.len() / 2] + clean[(clean.len() - 1) / 2]);

@@ -35,9 +35,8 @@ impl Simulated {
                 let expression = (identity + 5 * turn) % shapes.n_expressions();
                 let small = shapes.shape(identity, expression).as_chunks::<3>().0;
                 let truth = shared.upsampled(small);
-                let landmarks = landmark_vertices.iter().map(|&v| {
-                    Some(small[v as usize].map(|x| x + 1.2 * random.normal()))
-                });
+                let landmarks =
+                    landmark_vertices.iter().map(|&v| Some(small[v as usize].map(|x| x + 1.2 * random.normal())));
                 let landmarks = landmarks.collect();
                 let mut scan = scanned(&truth, triangles, 1 + (identity + turn) % 3, identity % 2 == 0, &mut random);
                 let has_hair = identity % 4 == 3;
@@ -96,7 +95,8 @@ fn scanned(truth: &[[f64; 3]], triangles: &[[u32; 3]], n_views: usize, with_face
             let smooth: f64 = waves.iter().map(|[amount, p, q, phase]| amount * (p * u + q * v + phase).sin()).sum();
             let depth = hit.t + sigma * random.normal() + smooth;
             let exact: [f64; 3] = std::array::from_fn(|x| rays[k].origin[x] - hit.t * forward[x]);
-            if holes.iter().any(|(centre, radius)| dot(minus(exact, *centre), minus(exact, *centre)) < radius * radius) {
+            if holes.iter().any(|(centre, radius)| dot(minus(exact, *centre), minus(exact, *centre)) < radius * radius)
+            {
                 continue;
             }
             number[k] = Some(scan.positions.len() as u32);
@@ -110,7 +110,8 @@ fn scanned(truth: &[[f64; 3]], triangles: &[[u32; 3]], n_views: usize, with_face
             for face in [[a, b, c], [a, c, d]] {
                 let [Some(a), Some(b), Some(c)] = face else { continue };
                 let corners = [a, b, c].map(|v: u32| scan.positions[v as usize]);
-                let longest = (0..3).map(|e| minus(corners[e], corners[(e + 1) % 3])).map(|e| dot(e, e)).fold(0.0, f64::max);
+                let longest =
+                    (0..3).map(|e| minus(corners[e], corners[(e + 1) % 3])).map(|e| dot(e, e)).fold(0.0, f64::max);
                 if longest < 36.0 * pixel {
                     scan.faces.push([a, b, c]);
                 }

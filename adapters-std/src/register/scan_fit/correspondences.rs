@@ -125,7 +125,7 @@ impl Surface {
         let tree = TriangleTree::new(&self.mesh.positions, &self.mesh.faces)?;
         let closest = tree.closest_all(&target.points);
         let pair = |(index, closest): (usize, &crate::spatial::Closest)| {
-            if closest.on_boundary || !(closest.distance <= gates.distance) {
+            if closest.on_boundary || target.at_boundary[index] || !(closest.distance <= gates.distance) {
                 return None;
             }
             let corners = self.mesh.faces[closest.face as usize];

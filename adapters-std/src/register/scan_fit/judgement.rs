@@ -18,7 +18,11 @@ const MOST_WEIGHT: f64 = 2.5;
 ///
 /// # Errors
 /// [`Error::Input`].
-pub(super) fn refuse_other_kinds(agreement: &Agreement, landmarks: f64, lengths: [(&str, f64, usize); 2]) -> Result<(), Error> {
+pub(super) fn refuse_other_kinds(
+    agreement: &Agreement,
+    landmarks: f64,
+    lengths: [(&str, f64, usize); 2],
+) -> Result<(), Error> {
     let kind = "is it a scan of the model's kind, with landmarks of its own?";
     if !(agreement.coverage >= LEAST_COVERAGE) {
         return Err(Error::input(format!(

@@ -1,8 +1,8 @@
 //! From a raw scan with landmarks to the weights and the placement of a model (ch. 12; `bolkart2015` for the loop of correspondences).
 //!
-//! [`start`](self) from the landmarks, then rounds of "pair the model with the scan both ways, improve": the pairs are gated by distance,
-//! normals and boundaries and weighed down by a robust loss that becomes stricter; the number of free identity weights grows. All
-//! numerical work is the kernel's: its normal equations, its Levenberg-Marquardt, its priors.
+//! A start from the landmarks (`start`), then rounds of "pair the points of the scan with the model, improve": the pairs are gated by
+//! distance, normals and boundaries and weighed down by a robust loss that becomes stricter; the number of free identity weights grows. In the last
+//! rounds a smooth displacement stands for what the model cannot express (`displacement`). The normal equations and the solver are the kernel's.
 
 mod correspondences;
 mod displacement;
@@ -65,7 +65,9 @@ pub struct ScanFit {
     pub n_points: usize,
 }
 
-/// Fits `model` to `scan`; `landmarks` are in the order of the model and in the unit and frame of the scan, `None` where one was not marked.
+/// Fits `model` to `scan` (maximum a posteriori, point to plane); `landmarks` are in the order of the model and in the unit and frame of the scan, `None` where one was not marked.
+///
+/// Determinism: the same result for any number of threads.
 ///
 /// # Errors
 /// [`Error::Input`] for a scan that is not sound ([`Mesh::check`]), a model without landmarks, triangles or statistics, too few landmarks, a
@@ -79,7 +81,9 @@ pub fn fit_scan(
     scan.check()?;
     let faces: Vec<[u32; 3]> = model.faces().map(|faces| faces.iter().collect()).unwrap_or_default();
     if faces.is_empty() {
-        return Err(Error::input("the model has no triangles, so it cannot be fitted to a scan; train it with --template"));
+        return Err(Error::input(
+            "the model has no triangles, so it cannot be fitted to a scan; train it with --template",
+        ));
     }
     let priors = Priors::of(model)?;
     let generator = bilinear(model)?;
@@ -109,7 +113,16 @@ pub fn fit_scan(
         sigma = pairs.sigma;
         let mut samples = pairs.samples;
         samples.extend(landmark_samples(&held, &start.landmarks, &state.placement, landmark_sigma));
-        state = improved(&held, &samples, &priors, &smooth.precision, [options.identity_prior, options.pose_prior], Frame::Rigid, &state, options.steps)?;
+        state = improved(
+            &held,
+            &samples,
+            &priors,
+            &smooth.precision,
+            [options.identity_prior, options.pose_prior],
+            Frame::Rigid,
+            &state,
+            options.steps,
+        )?;
     }
     state.amplitudes.clear();
     let held = Held::new(&generator, &state, 0)?;

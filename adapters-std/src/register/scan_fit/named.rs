@@ -18,7 +18,9 @@ pub fn in_model_order(
 ) -> Result<(Vec<Option<[f64; 3]>>, Vec<String>), Error> {
     let n = model.landmarks().map_or(0, |landmarks| landmarks.len());
     if n == 0 {
-        return Err(Error::input("the model has no landmarks, so it cannot be placed in a scan; train it with --landmarks"));
+        return Err(Error::input(
+            "the model has no landmarks, so it cannot be placed in a scan; train it with --landmarks",
+        ));
     }
     let of_model: Vec<&str> = model.landmark_names().map(|names| names.iter().collect()).unwrap_or_default();
     let (Some(names), false) = (names, of_model.is_empty()) else {

@@ -47,6 +47,7 @@ pub struct ScanFitOptions {
 }
 
 impl Default for ScanFitOptions {
+    /// Chosen on simulated scans of faces that no reported figure is of (`simulated_scans_are_fitted` in `tests/tests/face_fit.rs`).
     fn default() -> Self {
         ScanFitOptions {
             unit: None,
@@ -62,7 +63,7 @@ impl Default for ScanFitOptions {
             pose_prior: 1.0,
             max_angle: 60.0,
             last_distance: 6.0,
-            coherence: 0.8,
+            coherence: 0.9,
             cell: 2.5,
             max_points: 6_000,
             n_rounds: 12,

@@ -98,8 +98,7 @@ impl LeastSquares<f64> for Problem<'_> {
         if let [a, b, c, u, v, w, rest @ ..] = &x[identity_dim + pose_dim..] {
             let single = |x: &f64| *x as f32;
             let log_scale = rest.first().map_or(0.0, single);
-            self.trial.placement =
-                self.state.placement.moved([a, b, c].map(single), [u, v, w].map(single), log_scale);
+            self.trial.placement = self.state.placement.moved([a, b, c].map(single), [u, v, w].map(single), log_scale);
         }
         let n = x.len();
         let chunks: Vec<_> = self.samples.par_chunks(CHUNK).map(|chunk| self.sums(chunk, n)).collect();
@@ -138,7 +137,8 @@ pub(super) fn improved(
     state: &State,
     max_iterations: u32,
 ) -> Result<State, Error> {
-    let free = state.identity[..held.identity_dim()].iter().chain(&state.pose).chain(&state.amplitudes).map(|&x| f64::from(x));
+    let free =
+        state.identity[..held.identity_dim()].iter().chain(&state.pose).chain(&state.amplitudes).map(|&x| f64::from(x));
     let mut x: Vec<f64> = free.chain(std::iter::repeat_n(0.0, frame.dim())).collect();
     let mut workspace = vec![0.0; minimised_req(x.len()).numbers()];
     let limits = Limits { max_iterations, relative_decrease: 1e-4, damping: 1e-6 };

@@ -64,7 +64,10 @@ impl Start {
         let marked: Vec<(usize, [f64; 3])> =
             landmarks.iter().enumerate().filter_map(|(k, position)| Some((k, (*position)?))).collect();
         if marked.len() < FEWEST {
-            return Err(Error::input(format!("{} landmarks do not place a scan; give at least {FEWEST}", marked.len())));
+            return Err(Error::input(format!(
+                "{} landmarks do not place a scan; give at least {FEWEST}",
+                marked.len()
+            )));
         }
         if marked.iter().any(|(_, position)| position.iter().any(|x| !x.is_finite())) {
             return Err(Error::input("a landmark is not finite; leave it out"));

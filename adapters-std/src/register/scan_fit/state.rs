@@ -68,7 +68,8 @@ impl Prior {
 
     /// `P (w - m)`.
     pub(super) fn gradient(&self, weights: &[f32]) -> Vec<f64> {
-        let offsets: Vec<f64> = weights.iter().zip(&self.mean).map(|(&weight, mean)| f64::from(weight) - mean).collect();
+        let offsets: Vec<f64> =
+            weights.iter().zip(&self.mean).map(|(&weight, mean)| f64::from(weight) - mean).collect();
         let rows = self.precision.chunks_exact(self.mean.len().max(1));
         rows.map(|row| row.iter().zip(&offsets).map(|(p, offset)| p * offset).sum()).collect()
     }

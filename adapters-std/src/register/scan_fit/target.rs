@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::Error;
 use crate::mesh::Mesh;
-use crate::mesh::sampling::thinned_by_voxels;
 use crate::mesh::Topology;
+use crate::mesh::sampling::thinned_by_voxels;
 use crate::spatial::{CloudNormalOptions, Outside, PointTree, cloud_normals};
 
 /// What remains of a scan.
@@ -88,13 +88,7 @@ impl Target {
 }
 
 /// Mean normals of the points within `radius` of each; zero where their mean is shorter than `coherence`.
-fn smoothed(
-    tree: &PointTree,
-    points: &[[f64; 3]],
-    normals: &[[f64; 3]],
-    radius: f64,
-    coherence: f64,
-) -> Vec<[f64; 3]> {
+fn smoothed(tree: &PointTree, points: &[[f64; 3]], normals: &[[f64; 3]], radius: f64, coherence: f64) -> Vec<[f64; 3]> {
     let mean = |point: &[f64; 3]| {
         let near = tree.within(*point, radius);
         let sum: DVec3 = near.iter().map(|near| DVec3::from_array(normals[near.index as usize])).sum();
