@@ -63,7 +63,7 @@ impl Default for ScanFitOptions {
             pose_prior: 1.0,
             max_angle: 60.0,
             last_distance: 6.0,
-            coherence: 0.9,
+            coherence: 0.8,
             cell: 2.5,
             max_points: 6_000,
             n_rounds: 12,
