@@ -8,6 +8,7 @@ mod convert;
 mod convert_shape;
 mod demo;
 mod export;
+mod fit;
 mod generate;
 mod info;
 mod info_mesh;
@@ -67,6 +68,8 @@ enum Verb {
     Clean(clean::CleanArgs),
     /// Turn weights into vertices
     Generate(generate::GenerateArgs),
+    /// Find the weights of a model from a raw scan and its landmarks
+    Fit(fit::FitArgs),
     /// Measure quality
     #[command(subcommand)]
     Measure(Measure),
@@ -142,6 +145,7 @@ fn done(verb: &Verb, console: &Console) -> Result<(), crate::Error> {
         Verb::Train(Train::Face(args)) => train_face::run(args, console),
         Verb::Clean(args) => clean::run(args, console),
         Verb::Generate(args) => generate::run(args, console),
+        Verb::Fit(args) => fit::run(args, console),
         Verb::Measure(Measure::Distance(args)) => measure_distance::run(args, console),
         Verb::Measure(Measure::Model(args)) => measure_model::run(args, console),
     }

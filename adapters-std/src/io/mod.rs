@@ -7,6 +7,7 @@
 pub mod atomic;
 pub mod collection;
 pub mod landmarks;
+pub mod landmarks_npy;
 pub mod mesh;
 #[cfg(feature = "models")]
 pub mod model;

@@ -2,3 +2,4 @@
 
 pub mod gpa;
 pub mod rigid;
+pub mod scan_fit;

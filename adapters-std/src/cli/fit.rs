@@ -1,0 +1,223 @@
+//! `habitus fit`: from a raw scan and its landmarks to the weights of a model.
+
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use habitus_core::format::{Mode, Model};
+use serde_json::{Value, json};
+
+use super::{Console, expect_extension, shown};
+use crate::Error;
+use crate::generate::deviations_of_weights;
+use crate::io::landmarks::LandmarkFile;
+use crate::io::model::opened;
+use crate::io::{self, landmarks_npy};
+use crate::measure::distance::Target;
+use crate::mesh::Mesh;
+use crate::register::scan_fit::{ScanFit, ScanFitOptions, fit_scan, in_model_order};
+use crate::report::{ColourBar, ColourScale, Figure, Finish, Scene, rounded_up};
+use crate::spatial::frame_recovery::Unit;
+
+/// Arguments of `fit`.
+#[derive(Debug, Args)]
+pub(super) struct FitArgs {
+    /// Model file (.hab), trained with landmarks and triangles
+    model: PathBuf,
+    /// Raw scan: a mesh or a point cloud
+    scan: PathBuf,
+    /// Landmarks on the scan: labelled list, xyz triples, JSON with vertices of the scan, or row K of an array, FILE.npy:K
+    #[arg(long, value_name = "FILE")]
+    landmarks: PathBuf,
+    /// Unit of the scan [default: the one in which its landmarks are as large as the model's]
+    #[arg(long, value_enum)]
+    unit: Option<UnitName>,
+    /// Write the fitted model, in the unit and frame of the scan
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Draw scan, fit, and their distance
+    #[arg(long, value_name = "FILE.png")]
+    png: Option<PathBuf>,
+    /// Pixels of the longer side of each view in the picture
+    #[arg(long, default_value_t = 480, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=4096))]
+    size: u16,
+}
+
+/// Units of scans.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum UnitName {
+    Mm,
+    Cm,
+    M,
+    In,
+}
+
+impl UnitName {
+    fn unit(self) -> Unit {
+        match self {
+            UnitName::Mm => Unit::Millimetre,
+            UnitName::Cm => Unit::Centimetre,
+            UnitName::M => Unit::Metre,
+            UnitName::In => Unit::Inch,
+        }
+    }
+}
+
+pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
+    args.png.as_deref().map(|path| expect_extension(path, "png")).transpose()?;
+    let bytes = io::file_bytes(&args.model)?;
+    let model = opened(&bytes, &args.model)?;
+    let scan = io::mesh::read(&args.scan)?;
+    let landmarks = landmarks(args, &model, &scan, console)?;
+    let clock = Instant::now();
+    let options = ScanFitOptions { unit: args.unit.map(UnitName::unit), ..ScanFitOptions::default() };
+    let fit = fit_scan(&model, &scan, &landmarks, &options).map_err(|error| match error {
+        Error::Input(problem) => Error::Input(format!("{}: {problem}", args.scan.display())),
+        other => other,
+    })?;
+    let seconds = clock.elapsed().as_secs_f64();
+    let mut fitted = Mesh {
+        positions: fit.vertices.clone(),
+        faces: model.faces().map(|faces| faces.iter().collect()).unwrap_or_default(),
+        ..Mesh::default()
+    };
+    fitted.normals = fitted.vertex_normals();
+    if let Some(path) = &args.output {
+        io::mesh::write(path, &fitted)?;
+    }
+    if let Some(path) = &args.png {
+        let figure = figure(args, &fit, &scan, &fitted)?;
+        figure.drawn(args.size.into()).write_png(path)?;
+    }
+    console.result(&text(args, &fit, seconds), object(args, &model, &fit, seconds))
+}
+
+/// The landmarks in the order of the model.
+fn landmarks(
+    args: &FitArgs,
+    model: &Model<'_>,
+    scan: &Mesh,
+    console: &Console,
+) -> Result<Vec<Option<[f64; 3]>>, Error> {
+    let named = |problem: Error| match problem {
+        Error::Input(problem) => Error::Input(format!("{}: {problem}", args.landmarks.display())),
+        other => other,
+    };
+    let file = landmarks_npy::read(&args.landmarks)?;
+    let points = match &file {
+        LandmarkFile::Points { points, .. } => points.clone(),
+        LandmarkFile::Vertices { .. } => {
+            let vertices = file.snapped_to(scan).map_err(named)?;
+            vertices.iter().map(|snapped| scan.positions[snapped.vertex as usize]).collect()
+        }
+    };
+    let (ordered, unknown) = in_model_order(model, file.names(), &points).map_err(named)?;
+    if !unknown.is_empty() {
+        console.warn(&format!("the model does not know the landmarks {}; they are not used", unknown.join(", ")));
+    }
+    Ok(ordered)
+}
+
+/// What is drawn: all in the frame of the model and in millimetres, so that faces look at the viewer.
+struct Drawn {
+    title: String,
+    scan: Mesh,
+    fitted: Mesh,
+    colours: Vec<[u8; 3]>,
+    bar: ColourBar,
+    caption: String,
+}
+
+fn figure(args: &FitArgs, fit: &ScanFit, scan: &Mesh, fitted: &Mesh) -> Result<Drawn, Error> {
+    let mm = fit.unit.millimetres();
+    let upright = |p: &[f64; 3]| -> [f64; 3] {
+        let (r, t) = (&fit.placement.rotation, &fit.placement.translation);
+        std::array::from_fn(|axis| mm * (0..3).map(|row| r[row][axis] * (p[row] - t[row])).sum::<f64>())
+    };
+    let turned =
+        |n: &[f64; 3]| std::array::from_fn(|axis| (0..3).map(|row| fit.placement.rotation[row][axis] * n[row]).sum());
+    let moved = |mesh: &Mesh| Mesh {
+        positions: mesh.positions.iter().map(upright).collect(),
+        normals: mesh.normals.iter().map(turned).collect(),
+        ..mesh.clone()
+    };
+    let (scan, fitted) = (moved(scan), moved(fitted));
+    let distances = Target::new(&scan)?.distances(&fitted.positions);
+    let shown: Vec<f64> = distances.iter().map(|d| if d.at_boundary { f64::NAN } else { d.distance }).collect();
+    let mut sorted: Vec<f64> = shown.iter().copied().filter(|d| d.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let limit = rounded_up(sorted.get(sorted.len() * 9 / 10).copied().unwrap_or(1.0).max(1e-3));
+    let scale = ColourScale::sequential(0.0, limit);
+    let mut bar = ColourBar::of(scale, "distance, mm", &shown);
+    bar.missing_label = "beyond the scan".into();
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok(Drawn {
+        title: format!("{} fitted to {}", name(&args.model), name(&args.scan)),
+        caption: format!("distance of the fit from the scan: median {median:.2} mm"),
+        colours: scale.colours(&shown),
+        scan,
+        fitted,
+        bar,
+    })
+}
+
+impl Drawn {
+    fn drawn(&self, picture_size: usize) -> crate::report::Image {
+        let plain = |mesh| Scene { finish: Finish::Even, ..Scene::new([mesh]) };
+        let mut map = plain(&self.fitted);
+        map.meshes.iter_mut().for_each(|placed| placed.colours = Some(&self.colours));
+        let rows = vec![
+            ("scan".to_owned(), plain(&self.scan)),
+            ("fit".to_owned(), plain(&self.fitted)),
+            (self.caption.clone(), map),
+        ];
+        let mut figure = Figure { bar: Some(self.bar.clone()), picture_size, ..Figure::new(self.title.clone(), rows) };
+        figure.views.truncate(3);
+        figure.drawn()
+    }
+}
+
+fn text(args: &FitArgs, fit: &ScanFit, seconds: f64) -> String {
+    let mut text = String::new();
+    let n_landmarks = fit.landmark_residuals.len();
+    let _ = writeln!(text, "{}: fitted in {seconds:.2} s with {} of its points", args.scan.display(), fit.n_points);
+    let _ = writeln!(text, "unit: {}", fit.unit.symbol());
+    let _ = writeln!(
+        text,
+        "distance along the normals: median {:.2} mm; {:.0} % of the model lies on the scan",
+        fit.median,
+        100.0 * fit.coverage
+    );
+    let mean = fit.landmark_residuals.iter().sum::<f64>() / n_landmarks.max(1) as f64;
+    let _ = writeln!(text, "landmarks: {n_landmarks}, mean distance {mean:.2} mm");
+    for path in [&args.output, &args.png].into_iter().flatten() {
+        let _ = writeln!(text, "{}: written", path.display());
+    }
+    text
+}
+
+fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, seconds: f64) -> Value {
+    json!({
+        "scan": shown(&args.scan),
+        "unit": fit.unit.symbol(),
+        "identity": fit.identity,
+        "expression": fit.pose,
+        "identity_deviations": deviations_of_weights(model, Mode::Identity, &fit.identity),
+        "expression_deviations": deviations_of_weights(model, Mode::Pose, &fit.pose),
+        "placement": {
+            "scale": fit.placement.scale,
+            "rotation": fit.placement.rotation,
+            "translation": fit.placement.translation,
+        },
+        "landmark_residuals_mm": fit.landmark_residuals,
+        "median_mm": fit.median,
+        "sigma_mm": fit.sigma,
+        "coverage_percent": 100.0 * fit.coverage,
+        "points": fit.n_points,
+        "seconds": seconds,
+        "output": args.output.as_deref().map(shown),
+        "png": args.png.as_deref().map(shown),
+    })
+}
