@@ -81,7 +81,7 @@ impl Rings {
                     (NONE, 0.0, layout.corners[corner].distance(layout.corners[(corner + 2) % 3]))
                 }
             };
-            // Unscaled for now.
+            // The loop below scales it.
             self.edges.push(Neighbouring { j, length, angle_i: total, angle_j: 0.0 });
             self.sides.push(side);
             self.angles.push(angle);
