@@ -43,12 +43,17 @@ fn replaced(path: &Path, content: impl FnOnce(&mut BufWriter<&File>) -> io::Resu
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
         _ => PathBuf::from("."),
     };
+    if !folder.is_dir() {
+        let problem = format!("there is no folder {}: create it, or name another", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, problem));
+    }
     let mut builder = tempfile::Builder::new();
     builder.prefix(".habitus-");
     if let Some(permissions) = new_file_permissions() {
         builder.permissions(permissions);
     }
-    let temporary = builder.tempfile_in(&folder)?;
+    // Its own message names the temporary file, which nobody asked for.
+    let temporary = builder.tempfile_in(&folder).map_err(|error| io::Error::from(error.kind()))?;
     flushed(temporary.as_file(), content)?;
     if let Some(old) = old {
         temporary.as_file().set_permissions(old.permissions())?;
@@ -114,10 +119,26 @@ mod tests {
     }
 
     #[test]
-    fn a_missing_folder_is_a_write_error() {
+    fn a_missing_folder_is_named_and_the_temporary_file_is_not() {
         let folder = tempfile::tempdir().expect("folder");
-        let outcome = write(folder.path().join("none/a.bin"), b"x");
-        assert!(matches!(outcome, Err(Error::Write { .. })));
+        std::fs::write(folder.path().join("file"), b"").expect("write");
+        for missing in ["none", "file"] {
+            let missing = folder.path().join(missing);
+            let error = write(missing.join("a.bin"), b"x").expect_err("must fail");
+            assert!(matches!(error, Error::Write { .. }));
+            let named = format!("a.bin: cannot be written: there is no folder {}: create it", missing.display());
+            let message = error.to_string();
+            assert!(message.contains(&named) && !message.contains(".habitus-"), "{message}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_folder_that_takes_no_file_is_told_without_the_temporary_one() {
+        // Nobody, not even root, creates files there.
+        let message = write("/proc/self/a.bin", b"x").expect_err("must fail").to_string();
+        assert!(message.starts_with("/proc/self/a.bin: cannot be written: "), "{message}");
+        assert!(!message.contains(".habitus-"), "{message}");
     }
 
     #[cfg(unix)]
