@@ -22,8 +22,7 @@ pub(super) const MOST: usize = (ITEM - 1) as usize;
 /// Boxes wait in the stack: at most three beside the one taken at each level.
 const STACK: usize = 3 * MAX_DEPTH + WIDTH;
 
-/// Coordinates may not be larger; then fourth powers of distances are finite.
-pub(super) const LARGEST: f64 = 1e70;
+pub(super) use crate::mesh::LARGEST_COORDINATE as LARGEST;
 
 /// A shift and a power of two that take the items into the cube from -1 to 1.
 #[derive(Debug, Clone, Copy)]

@@ -11,7 +11,7 @@ use crate::mesh::{Mesh, Topology};
 /// A mesh in work. Steps change `faces`; [`Draft::settle`] draws the conclusions for the vertices.
 pub(super) struct Draft<'a> {
     pub input: &'a Mesh,
-    /// Positions by vertex, scaled by a power of two such that no square overflows.
+    /// Positions by vertex, scaled by a power of two such that no square underflows.
     pub positions: Vec<DVec3>,
     /// The factor of that scaling.
     pub factor: f64,
@@ -43,15 +43,9 @@ impl<'a> Draft<'a> {
         // Of a vertex that will be removed no coordinate counts: without it the rest must be cleaned in the same way.
         let stays = |position: &&[f64; 3]| position.iter().all(|x| x.is_finite());
         let largest = input.positions.iter().filter(stays).flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
-        // The fourth power of 2^230, as in the square of an area, is far from overflow; so is that of its inverse.
-        let far = 2.0_f64.powi(230);
-        let factor = if largest > far {
-            2.0_f64.powi(-794)
-        } else if largest < 1.0 / far {
-            2.0_f64.powi(794)
-        } else {
-            1.0
-        };
+        // The fourth power of 2^230, as in the square of an area, is far from overflow; so is that of its inverse. Larger
+        // coordinates than about 2^232 have been refused.
+        let factor = if largest < 2.0_f64.powi(-230) { 2.0_f64.powi(794) } else { 1.0 };
         Draft {
             input,
             positions: input.positions.iter().map(|&p| DVec3::from_array(p) * factor).collect(),

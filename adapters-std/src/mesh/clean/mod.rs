@@ -22,7 +22,7 @@ mod weld;
 
 pub use report::{CleanComponent, CleanReport, Conflict, Finding, Size};
 
-use super::{Mesh, Topology};
+use super::{LARGEST_COORDINATE, Mesh, Topology};
 use crate::Error;
 use draft::{Draft, Settled};
 
@@ -122,8 +122,8 @@ pub struct Cleaned {
 /// Determinism: everything is done in the order of the input; of equal ones the first stays. One thread.
 ///
 /// # Errors
-/// [`Error::Input`] when faces, normals, colours or attributes do not fit the vertices, when an option makes no sense, or
-/// when nothing is left.
+/// [`Error::Input`] when faces, normals, colours or attributes do not fit the vertices, for a finite coordinate beyond
+/// 1e70, when an option makes no sense, or when nothing is left.
 pub fn clean(mesh: &Mesh, options: &CleanOptions) -> Result<Cleaned, Error> {
     check(mesh, options)?;
     let mut report = CleanReport { before: size(mesh), ..CleanReport::default() };
@@ -136,7 +136,8 @@ pub fn clean(mesh: &Mesh, options: &CleanOptions) -> Result<Cleaned, Error> {
         non_finite::remove_unreferenced(&mut draft, &mut report, options.keep_unreferenced);
         for _ in 0..MAX_PASSES {
             topology = pass(&mut draft, options, &mut report);
-            if topology.is_some() {
+            // Where nothing is left, the distance of the round that removed it is for the message.
+            if topology.is_some() || draft.faces.is_empty() {
                 break;
             }
         }
@@ -179,7 +180,18 @@ fn check(mesh: &Mesh, options: &CleanOptions) -> Result<(), Error> {
         let n = mesh.faces.len();
         return Err(Error::input(format!("a mesh of {n} faces: at most {MAX_FACES} can be cleaned; divide it")));
     }
-    mesh.check_parts()
+    mesh.check_parts()?;
+    // What is not finite is removed.
+    let is_beyond = |position: &[f64; 3]| {
+        position.iter().all(|x| x.is_finite()) && position.iter().any(|x| x.abs() > LARGEST_COORDINATE)
+    };
+    match mesh.positions.iter().position(is_beyond) {
+        None => Ok(()),
+        Some(vertex) => Err(Error::input(format!(
+            "vertex {vertex} is at {:?}: coordinates must be at most {LARGEST_COORDINATE:e}; remove the vertex",
+            mesh.positions[vertex]
+        ))),
+    }
 }
 
 fn size(mesh: &Mesh) -> Size {
@@ -278,9 +290,17 @@ fn note_settled(draft: &Draft<'_>, settled: &Settled, report: &mut CleanReport) 
 fn nothing_left(report: &CleanReport) -> Error {
     let Size { vertices, faces } = report.before;
     let changes = report.changes().join("; ");
+    // The corners of faces became one: of all or of those beside a vertex that is far from all others.
+    let weld = match report.weld_distance {
+        distance if distance > 0.0 && report.repeated_index_faces.count > 0 => format!(
+            "; vertices within {distance:.3e} were welded: give a smaller distance (--weld), or remove the vertices that \
+             are far from all others"
+        ),
+        _ => String::new(),
+    };
     Error::input(match faces {
         0 => format!("nothing is left of the {vertices} points: {changes}; scan again"),
-        _ => format!("nothing is left of the {faces} faces: {changes}; convert it as a cloud, or scan again"),
+        _ => format!("nothing is left of the {faces} faces: {changes}{weld}; convert it as a cloud, or scan again"),
     })
 }
 
