@@ -9,6 +9,13 @@ pub enum Place {
     Whole,
     /// A line of a text file, counted from 1.
     Line(usize),
+    /// A line and a byte of it, both counted from 1, of a text whose lines may be long.
+    Column {
+        /// The line.
+        line: usize,
+        /// The byte of the line.
+        column: usize,
+    },
     /// A byte offset of a binary file, counted from 0.
     Byte(u64),
 }
@@ -18,6 +25,7 @@ impl std::fmt::Display for Place {
         match self {
             Place::Whole => Ok(()),
             Place::Line(line) => write!(f, ", line {line}"),
+            Place::Column { line, column } => write!(f, ", line {line}, column {column}"),
             Place::Byte(byte) => write!(f, ", byte {byte}"),
         }
     }

@@ -390,6 +390,15 @@ fn convert_says_what_is_lost() {
     let broken = work.path("broken.obj");
     std::fs::write(&broken, "v 0 0 nan\n").unwrap();
     assert!(refused(&["convert", &broken, "-o", "x.ply"]).contains("line 1: the vertex has \"nan\""));
+    let nowhere = work.path("nowhere/x.ply");
+    let message = refused(&["convert", &input, "-o", &nowhere]);
+    assert!(message.contains(&format!("{nowhere}: cannot be written: there is no folder ")), "{message}");
+    let far = work.path("far.obj");
+    std::fs::write(&far, "v 0 0 0\nv 1 0 0\nv 0 1e300 0\nf 1 2 3\n").unwrap();
+    assert!(
+        refused(&["clean", &far])
+            .contains("far.obj: vertex 2 is at [0.0, 1e300, 0.0]: coordinates must be at most 1e70")
+    );
 }
 
 #[test]

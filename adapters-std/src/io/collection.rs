@@ -56,12 +56,12 @@ impl Collection {
 pub fn read(path: impl AsRef<Path>) -> Result<Collection, Error> {
     let path = path.as_ref();
     let (mut collection, lines) = parsed(&file_bytes(path)?, path)?;
-    for ((file, present), line) in collection.paths.iter().zip(&mut collection.present).zip(lines) {
+    for ((file, present), line) in collection.paths.iter().zip(&mut collection.present).zip(&lines) {
         match file.metadata() {
             Ok(metadata) if metadata.is_file() => *present = true,
             Ok(_) => {
                 let problem = format!("{} is not a file: name a mesh file", file.display());
-                return Err(Error::malformed(path, Place::Line(line), problem));
+                return Err(Error::malformed(path, Place::Line(*line), problem));
             }
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {}
             Err(source) => return Err(Error::Read { path: file.clone(), source }),
@@ -70,7 +70,8 @@ pub fn read(path: impl AsRef<Path>) -> Result<Collection, Error> {
     if collection.n_missing() == collection.paths.len() {
         let first = collection.paths.first().map(|first| first.display().to_string()).unwrap_or_default();
         let problem = format!("none of its {} files is there, beginning with {first}", collection.paths.len());
-        return Err(Error::malformed(path, Place::Whole, problem));
+        let line = lines.first().copied().unwrap_or(1);
+        return Err(Error::malformed(path, Place::Line(line), problem));
     }
     Ok(collection)
 }
@@ -153,7 +154,7 @@ mod tests {
         let path = folder.path().join("collection");
         std::fs::write(&path, TEXT).expect("write");
         let message = read(&path).expect_err("must be refused").to_string();
-        assert!(message.contains("none of its 6 files is there"), "{message}");
+        assert!(message.contains("line 3: none of its 6 files is there"), "{message}");
         std::fs::write(folder.path().join("b1.ply"), "").expect("write");
         let collection = read(&path).expect("a collection");
         assert_eq!((collection.n_missing(), collection.path(0, 0)), (5, None));

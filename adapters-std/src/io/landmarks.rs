@@ -11,7 +11,8 @@
 use std::path::Path;
 
 use super::file_bytes;
-use super::text::{integer, numbered_lines, real, shown, vector, without_byte_order_mark, words};
+use super::json_place::{byte_of_error, byte_of_value, place_of_byte, sentence};
+use super::text::{check_is_text, integer, numbered_lines, real, shown, vector, without_byte_order_mark, words};
 use crate::mesh::Mesh;
 use crate::{Error, Place};
 
@@ -123,13 +124,15 @@ pub fn read(path: impl AsRef<Path>) -> Result<LandmarkFile, Error> {
 /// # Errors
 /// [`Error::Malformed`].
 pub fn parse(bytes: &[u8], path: &Path) -> Result<LandmarkFile, Error> {
+    check_is_text(bytes, path)?;
     let bytes = without_byte_order_mark(bytes);
     if bytes.trim_ascii_start().starts_with(b"{") {
         return json(bytes, path);
     }
     let lines: Vec<_> = numbered_lines(bytes).filter(|(_, text)| !text.trim_ascii().is_empty()).collect();
     if lines.is_empty() {
-        return Err(Error::malformed(path, Place::Whole, "there is no landmark in it"));
+        let last = Place::Line(numbered_lines(bytes).count());
+        return Err(Error::malformed(path, last, "there is no landmark in it"));
     }
     // A label is the only word that is no number; the header comes first.
     let labelled = lines.iter().any(|(_, text)| words(text).next().is_some_and(starts_label));
@@ -141,31 +144,40 @@ fn starts_label(word: &[u8]) -> bool {
 }
 
 fn json(bytes: &[u8], path: &Path) -> Result<LandmarkFile, Error> {
-    let document: serde_json::Value = serde_json::from_slice(bytes)
-        .map_err(|error| Error::malformed(path, Place::Line(error.line()), format!("no valid JSON: {error}")))?;
-    let malformed = |problem: String| Error::malformed(path, Place::Whole, problem);
+    let document: serde_json::Value = serde_json::from_slice(bytes).map_err(|error| {
+        let place = place_of_byte(bytes, byte_of_error(bytes, &error));
+        Error::malformed(path, place, format!("no valid JSON: {}", sentence(&error)))
+    })?;
+    // The place of the value of a key, of the whole document where there is none.
+    let malformed = |key: &str, problem: String| {
+        let text = std::str::from_utf8(bytes).unwrap_or_default();
+        Error::malformed(path, place_of_byte(bytes, byte_of_value(text, key)), problem)
+    };
     let number = |key: &str| key.strip_prefix("landmarks").and_then(|digits| digits.parse::<u32>().ok());
     // Thirteen first, else the set with the fewest, so that the choice does not depend on the order in the file.
     let sets = document.as_object().into_iter().flat_map(|object| object.keys()).filter(|key| number(key).is_some());
     let named = |key: &&String| document.get(format!("{key}_names")).is_some() || number(key) == Some(13);
     let Some(key) = sets.filter(named).min_by_key(|key| (number(key) != Some(13), number(key))) else {
         return Err(malformed(
+            "",
             "there is no \"landmarks13\" with \"landmarks13_names\" (or another number) in it".into(),
         ));
     };
     let vertices: Vec<u32> = serde_json::from_value(document[key].clone())
-        .map_err(|error| malformed(format!("\"{key}\" is no list of vertex indices: {error}")))?;
-    let names: Vec<String> = match document.get(format!("{key}_names")) {
+        .map_err(|error| malformed(key, format!("\"{key}\" is no list of vertex indices: {error}")))?;
+    let names_key = format!("{key}_names");
+    let names: Vec<String> = match document.get(&names_key) {
         Some(names) => serde_json::from_value(names.clone())
-            .map_err(|error| malformed(format!("\"{key}_names\" is no list of names: {error}")))?,
+            .map_err(|error| malformed(&names_key, format!("\"{names_key}\" is no list of names: {error}")))?,
         None => FACE_LANDMARKS.map(str::to_owned).to_vec(),
     };
     if names.len() != vertices.len() || vertices.is_empty() {
         let (n_names, n) = (names.len(), vertices.len());
-        return Err(malformed(format!("\"{key}\" has {n} vertices and {n_names} names: give each vertex one name")));
+        let problem = format!("\"{key}\" has {n} vertices and {n_names} names: give each vertex one name");
+        return Err(malformed(key, problem));
     }
     if let Some(name) = repeated(&names) {
-        return Err(malformed(format!("the landmark {name:?} is there twice")));
+        return Err(malformed(&names_key, format!("the landmark {name:?} is there twice")));
     }
     Ok(LandmarkFile::Vertices { names, vertices })
 }
@@ -288,13 +300,23 @@ mod tests {
     #[test]
     fn errors_name_the_line_and_the_remedy() {
         for (text, message) in [
-            (" \n", "there is no landmark in it"),
-            ("{\n\"a\" 1}", "line 2: no valid JSON"),
-            ("{\"landmarks68\": [1]}", "there is no \"landmarks13\""),
-            ("{\"landmarks13\": [1]}", "1 vertices and 13 names"),
-            ("{\"landmarks2\": [1, -1], \"landmarks2_names\": []}", "no list of vertex indices"),
-            ("{\"landmarks2\": [1, 2], \"landmarks2_names\": [\"a\", 1]}", "no list of names"),
-            ("{\"landmarks2\": [1, 2], \"landmarks2_names\": [\"a\", \"a\"]}", "\"a\" is there twice"),
+            (" \n\n", "line 3: there is no landmark in it"),
+            ("{\n\"a\" 1}", "line 2, column 5: no valid JSON: expected `:`"),
+            ("{\"landmarks68\": [1]}", "line 1, column 1: there is no \"landmarks13\""),
+            ("{\n\"landmarks13\": [1]}", "line 2, column 16: \"landmarks13\" has 1 vertices and 13 names"),
+            (
+                "{\"landmarks2\": [1, -1], \"landmarks2_names\": []}",
+                "line 1, column 16: \"landmarks2\" is no list of vertex indices",
+            ),
+            (
+                "{\"landmarks2\": [1, 2], \"landmarks2_names\": [\"a\", 1]}",
+                "line 1, column 44: \"landmarks2_names\" is no list of names",
+            ),
+            (
+                "{\"landmarks2\": [1, 2], \"landmarks2_names\": [\"a\", \"a\"]}",
+                "column 44: the landmark \"a\" is there twice",
+            ),
+            ("\u{1}\0", "byte 1: a zero byte"),
             ("nose_tip\n1 2 3", "line 1: \"nose_tip\" where the number"),
             ("2\nnose_tip\n1 2 3", "line 1: 2 landmarks are announced, but 1 follow"),
             ("1\nnose_tip\n", "line 2: the file ends before the coordinates of nose_tip"),

@@ -15,7 +15,8 @@ pub fn read(name: &Path) -> Result<LandmarkFile, Error> {
     if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("npy")) {
         return super::landmarks::read(name);
     }
-    let (shape, values) = npy::read_f64(&path)?;
+    let bytes = super::file_bytes(&path)?;
+    let (shape, values) = npy::parse_f64(&bytes, &path)?;
     let problem = |text: String| Error::input(format!("{}: {text}", path.display()));
     let (n, from) = match (&shape[..], row) {
         (&[n, 3], None) => (n, 0),
@@ -29,7 +30,10 @@ pub fn read(name: &Path) -> Result<LandmarkFile, Error> {
                 path.display()
             )));
         }
-        _ => return Err(problem(format!("the array has shape {shape:?}; landmarks have [n, 3], or [scans, n, 3]"))),
+        _ => {
+            let problem = format!("the array has shape {shape:?}; landmarks have [n, 3], or [scans, n, 3]");
+            return Err(Error::malformed(&path, npy::place_of_shape(&bytes, &path), problem));
+        }
     };
     let points = values.as_chunks::<3>().0.get(from..from + n).unwrap_or_default().to_vec();
     let names = (n == FACE_LANDMARKS.len()).then(|| FACE_LANDMARKS.map(str::to_owned).to_vec());
@@ -66,6 +70,6 @@ mod tests {
         let said = |name: PathBuf| read(&name).expect_err("refused").to_string();
         assert!(said(named(&rows, ":2")).contains("there is no row 2, the array has 2"));
         assert!(said(rows.clone()).contains("landmarks of 2 scans; name one"));
-        assert!(said(named(&one, ":0")).contains("landmarks have [n, 3]"));
+        assert!(said(named(&one, ":0")).contains("byte 60: the array has shape [4, 3]; landmarks have [n, 3]"));
     }
 }

@@ -6,6 +6,7 @@
 
 pub mod atomic;
 pub mod collection;
+mod json_place;
 pub mod landmarks;
 pub mod landmarks_npy;
 pub mod mesh;

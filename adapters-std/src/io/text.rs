@@ -10,6 +10,23 @@ pub(crate) fn without_byte_order_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)
 }
 
+/// Whether the file begins with the mark of UTF-16, of either byte order.
+pub(crate) fn begins_as_utf_16(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF")
+}
+
+/// Whether the bytes can be text that lines are read from: it is not UTF-16 and has no zero byte, as binary files have.
+pub(crate) fn check_is_text(bytes: &[u8], path: &Path) -> Result<(), Error> {
+    let (at, problem) = if begins_as_utf_16(bytes) {
+        (0, "the text is UTF-16: save it as UTF-8")
+    } else if let Some(at) = memchr::memchr(0, bytes) {
+        (at, "a zero byte, which text does not have: the file is binary, UTF-16 or damaged; export it again as text")
+    } else {
+        return Ok(());
+    };
+    Err(Error::malformed(path, Place::Byte(at as u64), problem))
+}
+
 /// The lines with their numbers, counted from 1, without their ends: `\n`, `\r\n`, or the `\r` alone of old Macintoshes.
 pub(crate) fn numbered_lines(bytes: &[u8]) -> impl Iterator<Item = (usize, &[u8])> {
     let mut rest = Some(bytes);
@@ -198,6 +215,16 @@ mod tests {
             assert_eq!(lines, expected);
             assert!(numbers.into_iter().eq(1..=lines.len()));
         }
+    }
+
+    #[test]
+    fn what_is_no_text_is_refused_with_the_byte() {
+        let said = |bytes: &[u8]| check_is_text(bytes, Path::new("a")).map_err(|error| error.to_string());
+        for utf_16 in [&b"\xFF\xFEv\0"[..], b"\xFE\xFF\0v"] {
+            assert_eq!(said(utf_16).unwrap_err(), "a, byte 0: the text is UTF-16: save it as UTF-8");
+        }
+        assert!(said(b"v 1\n\0").unwrap_err().starts_with("a, byte 4: a zero byte"));
+        assert_eq!(said("v 1 # \u{e9}\u{1}".as_bytes()), Ok(()));
     }
 
     #[test]

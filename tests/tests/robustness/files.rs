@@ -18,6 +18,14 @@ fn big_endian() -> Vec<u8> {
     bytes
 }
 
+/// The first bytes of a picture.
+const PNG: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR";
+
+/// The text as Windows calls Unicode.
+fn utf_16(text: &str) -> Vec<u8> {
+    format!("\u{feff}{text}").encode_utf16().flat_map(u16::to_le_bytes).collect()
+}
+
 pub fn rows() -> Vec<Row> {
     let big = big_endian();
     let cut = big[..big.len() - 5].to_vec();
@@ -48,9 +56,16 @@ pub fn rows() -> Vec<Row> {
         refused("PLY, unknown type", "a.ply", PLY.replace("float y", "quad y"), &["line 6", "quad"]),
         refused("PLY, index out of range", "a.ply", PLY.replace("3 0 1 2", "3 0 1 7"), &["a.ply", "line 14", "7"]),
         refused("PLY, other magic", "a.ply", "plx\n", &["line 1", "ply"]),
-        refused("empty PLY", "a.ply", "", &["a.ply"]),
-        refused("empty OFF", "a.off", "", &["a.off"]),
-        refused("empty OBJ", "a.obj", "", &["a.obj"]),
+        refused("empty PLY", "a.ply", "", &["a.ply, line 1"]),
+        refused("empty OFF", "a.off", "", &["a.off, line 1"]),
+        refused("empty OBJ", "a.obj", "", &["a.obj, line 1", "no vertex"]),
+        refused("OBJ without vertices", "a.obj", "# c\no a\n", &["a.obj, line 3", "no vertex"]),
+        refused("OBJ, UTF-16", "a.obj", utf_16(obj), &["a.obj, byte 0", "UTF-16", "UTF-8"]),
+        refused("OBJ that is a PNG", "a.obj", PNG, &["a.obj, byte 8", "zero byte", "binary"]),
+        refused("OFF that is a PNG", "a.off", PNG, &["a.off, byte 8", "zero byte", "binary"]),
+        refused("PLY, UTF-16", "a.ply", utf_16(PLY), &["a.ply, byte 0", "UTF-16"]),
+        refused("PLY without z", "a.ply", PLY.replace("float z", "float w"), &["line 4", "\"z\""]),
+        refused("PLY without vertices", "a.ply", "ply\nformat ascii 1.0\nend_header\n", &["line 3", "no vertex"]),
         cleaned(
             "OBJ, negative indices",
             "a.obj",
@@ -91,7 +106,7 @@ pub fn rows() -> Vec<Row> {
             "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n",
             &["line 6", "0 to 2"],
         ),
-        refused("zero vertices", "a.off", "OFF\n0 0 0\n", &["a.off"]),
+        refused("zero vertices", "a.off", "OFF\n0 0 0\n", &["a.off, line 2"]),
         refused("unknown extension", "a.xyz", "0 0 0\n", &["a.xyz"]),
     ]
 }

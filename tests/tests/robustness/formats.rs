@@ -72,6 +72,8 @@ fn npy(shape: &str, n_numbers: usize) -> Vec<u8> {
     bytes
 }
 
+const OLD: &str = "{\n  \"asset\": {\"version\": \"1.0\"}\n}\n";
+
 pub fn rows() -> Vec<Row> {
     let (text, binary, glb) = (stl_text(), stl_binary(b"made by hand"), glb());
     let half = text.lines().take(10).map(|line| format!("{line}\n")).collect::<String>();
@@ -93,6 +95,8 @@ pub fn rows() -> Vec<Row> {
             binary[..binary.len() - 30].to_vec(),
             &["byte 80", "4 triangles take 200 bytes, but 170 follow", "truncated"],
         ),
+        refused("STL, binary, without triangles", "a.stl", vec![0; 84], &["byte 80", "no vertex"]),
+        refused("STL, text, without facets", "a.stl", "solid a\nendsolid a\n", &["line 3", "no vertex"]),
         refused("STL, shorter than a header", "a.stl", binary[..50].to_vec(), &["byte 0", "50 bytes"]),
         cleaned("GLB", "a.glb", glb.clone(), TETRAHEDRON, &[]),
         refused("GLB, truncated", "a.glb", glb[..glb.len() - 8].to_vec(), &["byte 8", "truncated"]),
@@ -103,7 +107,7 @@ pub fn rows() -> Vec<Row> {
             "GLB, accessor longer than its view",
             "a.glb",
             glb_with("\"count\":4,", "\"count\":9,"),
-            &["accessors[0]", "9 elements of 12 bytes", "the view has 48"],
+            &["a.glb, byte ", "accessors[0]", "9 elements of 12 bytes", "the view has 48"],
         ),
         refused(
             "GLB, accessor of an unknown type",
@@ -117,10 +121,15 @@ pub fn rows() -> Vec<Row> {
             glb_with("\"bufferView\":0", "\"bufferView\":7"),
             &["accessors[", "bufferView"],
         ),
-        refused("GLB, JSON that is none", "a.glb", glb_with("\"asset\":", "\"asset\";"), &["a.glb"]),
+        refused("GLB, JSON that is none", "a.glb", glb_with("\"asset\":", "\"asset\";"), &["a.glb, byte "]),
+        refused("GLB without its magic", "a.glb", glb_at(0, b"X"), &["a.glb, byte 0", "neither begins with", "JSON"]),
+        refused("glTF, UTF-16", "a.gltf", b"\xff\xfe{\0}\0".to_vec(), &["a.gltf, byte 0", "UTF-8"]),
+        refused("glTF of another version", "a.gltf", OLD, &["a.gltf, line 2, column 24: asset.version"]),
+        refused("glTF without meshes", "a.gltf", OLD.replace("1.0", "2.0"), &["a.gltf, line 1, column 1", "no vertex"]),
         cleaned("NPY, cloud", "a.npy", npy("(4, 3)", 12), [4, 0, 0, 0, 0], &[]),
-        refused("NPY, transposed", "a.npy", npy("(3, 4)", 12), &["[3, 4]", "[n, 3]", "transpose"]),
-        refused("NPY, one dimension", "a.npy", npy("(12,)", 12), &["[12]", "[n, 3]"]),
+        refused("NPY, transposed", "a.npy", npy("(3, 4)", 12), &["a.npy, byte 60", "[3, 4]", "[n, 3]", "transpose"]),
+        refused("NPY, one dimension", "a.npy", npy("(12,)", 12), &["a.npy, byte 60", "[12]", "[n, 3]"]),
+        refused("NPY without points", "a.npy", npy("(0, 3)", 0), &["a.npy, byte 60", "no vertex"]),
         refused(
             "NPY, truncated",
             "a.npy",

@@ -32,8 +32,31 @@ fn broken_files_give_the_right_mesh_or_a_named_error() {
     assert!(wrong.is_empty(), "other outcomes than expected: {wrong:?}");
 }
 
+/// Whether the message begins with the file and a line or byte of it.
+fn names_a_place(text: &str, file: &str) -> bool {
+    let behind = text.split_once(&format!("{file}, ")).map_or("", |(_, behind)| behind);
+    let number = behind.strip_prefix("line ").or(behind.strip_prefix("byte ")).unwrap_or_default();
+    number.starts_with(|digit: char| digit.is_ascii_digit())
+}
+
 #[test]
-fn truncated_and_altered_files_give_a_sound_mesh_or_an_error_that_names_the_file() {
+fn every_error_of_a_file_names_its_line_or_byte() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut n_refused = 0;
+    for row in rows() {
+        let path = folder.path().join(row.file);
+        std::fs::write(&path, &row.bytes).expect("the temporary folder is writable");
+        if let Err(error @ Error::Malformed { .. }) = read_file(&path, &ReadOptions::default()) {
+            assert!(names_a_place(&error.to_string(), row.file), "{}: {error}", row.name);
+            n_refused += 1;
+        }
+    }
+    assert!(n_refused >= 50, "{n_refused}");
+    assert!(!names_a_place("a.obj: there is no vertex", "a.obj") && names_a_place("b/a.obj, line 1: no", "a.obj"));
+}
+
+#[test]
+fn truncated_and_altered_files_give_a_sound_mesh_or_an_error_that_names_the_place() {
     let folder = tempfile::tempdir().expect("a temporary folder");
     for row in rows() {
         let path = folder.path().join(row.file);
@@ -52,7 +75,7 @@ fn truncated_and_altered_files_give_a_sound_mesh_or_an_error_that_names_the_file
             std::fs::write(&path, &bytes).expect("the temporary folder is writable");
             match read_file(&path, &ReadOptions::default()) {
                 Ok(file) => file.mesh.check().expect("what a reader gives is sound"),
-                Err(error @ Error::Malformed { .. }) => assert!(error.to_string().contains(row.file), "{error}"),
+                Err(error @ Error::Malformed { .. }) => assert!(names_a_place(&error.to_string(), row.file), "{error}"),
                 // A format that is not known is refused by its name, before the content is looked at.
                 Err(Error::Input(problem)) if row.name == "unknown extension" => {
                     assert!(problem.contains(row.file), "{problem}");

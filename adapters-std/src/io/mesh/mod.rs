@@ -138,14 +138,15 @@ fn push_fan(faces: &mut Vec<[u32; 3]>, polygon: &[u32]) {
     }
 }
 
-/// Whether a file of `n` vertices is a mesh: there is at least one, and indices can name them all.
-fn check_n_vertices(n: usize, path: &Path) -> Result<(), Error> {
+/// Whether a file of `n` vertices is a mesh: there is at least one, and indices can name them all. `place` is where the
+/// file says how many there are, or where it ends.
+fn check_n_vertices(n: usize, path: &Path, place: impl FnOnce() -> Place) -> Result<(), Error> {
     let problem = match u32::try_from(n) {
         Ok(0) => "there is no vertex in it: is it a mesh file of the format of its extension?".to_owned(),
         Ok(_) => return Ok(()),
         Err(_) => format!("it has {n} vertices; at most {} can be indexed: divide the mesh", u32::MAX),
     };
-    Err(Error::malformed(path, Place::Whole, problem))
+    Err(Error::malformed(path, place(), problem))
 }
 
 #[cfg(test)]

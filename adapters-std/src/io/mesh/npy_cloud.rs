@@ -7,9 +7,9 @@ use std::path::Path;
 use super::coordinates::REMEDY;
 use super::losses::Losses;
 use super::{Formatted, MeshFile, NonFinite, ReadOptions, WriteOptions, check_n_vertices};
+use crate::Error;
 use crate::io::npy;
 use crate::mesh::{Mesh, Scalar};
-use crate::{Error, Place};
 
 /// The cloud in the bytes of an NPY file; `path` is for the messages.
 ///
@@ -22,13 +22,13 @@ pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFil
         let problem = format!(
             "an array of shape {shape:?}; a cloud has the shape [n, 3] (positions) or [n, 6] (positions and normals){remedy}"
         );
-        return Err(Error::malformed(path, Place::Whole, problem));
+        return Err(Error::malformed(path, npy::place_of_shape(bytes, path), problem));
     };
-    check_n_vertices(n, path)?;
+    check_n_vertices(n, path, || npy::place_of_shape(bytes, path))?;
     if options.non_finite == NonFinite::Refuse
         && let Some(index) = values.iter().position(|x| !x.is_finite())
     {
-        let place = npy::byte_of(bytes, path, index).map_or(Place::Whole, Place::Byte);
+        let place = npy::place_of_value(bytes, path, index);
         let (vertex, column, value) = (index / width, index % width, values[index]);
         let problem = format!("column {column} of vertex {vertex} is {value}; a finite number is expected: {REMEDY}");
         return Err(Error::malformed(path, place, problem));
@@ -103,16 +103,19 @@ mod tests {
             npy::format_f64(shape, &vec![value; n]).expect("an array")
         };
         for (bytes, message) in [
-            (array(&[3, 5], 0.0), "shape [3, 5]; a cloud has the shape [n, 3] (positions) or [n, 6]"),
+            (
+                array(&[3, 5], 0.0),
+                "t.npy, byte 60: an array of shape [3, 5]; a cloud has the shape [n, 3] (positions) or [n, 6]",
+            ),
             (array(&[6, 9], 0.0), "transpose it"),
             (array(&[4], 0.0), "shape [4]"),
             (array(&[2, 2, 3], 0.0), "shape [2, 2, 3]"),
-            (array(&[0, 3], 0.0), "there is no vertex"),
+            (array(&[0, 3], 0.0), "t.npy, byte 60: there is no vertex"),
             (
                 array(&[2, 3], f64::NAN),
                 "byte 128: column 0 of vertex 0 is NaN; a finite number is expected: `habitus clean`",
             ),
-            (b"\x93NUMPY".to_vec(), "truncated"),
+            (b"\x93NUMPY".to_vec(), "byte 6: an NPY file has at least 10 bytes: is it truncated?"),
         ] {
             let error = outcome(&bytes).expect_err("must be refused").to_string();
             assert!(error.contains(message), "{message}: {error}");

@@ -25,8 +25,31 @@ pub(super) struct Header {
     /// The first index runs fastest.
     pub fortran: bool,
     pub shape: Vec<usize>,
+    /// The byte at which the type of the values stands.
+    pub type_at: usize,
+    /// The byte at which the shape stands.
+    pub shape_at: usize,
     /// The byte at which the values begin.
     pub body: usize,
+}
+
+impl Header {
+    /// The byte at which the value of this index in C order begins.
+    pub(super) fn byte_of(&self, index: usize) -> u64 {
+        let mut stored = index;
+        if self.fortran {
+            // The strides of the first indices are the small ones.
+            let mut rest = index;
+            let mut stride: usize = self.shape.iter().product();
+            stored = 0;
+            for &extent in self.shape.iter().rev().filter(|&&extent| extent > 0) {
+                stride /= extent;
+                stored += rest % extent * stride;
+                rest /= extent;
+            }
+        }
+        (self.body + stored * self.n_bytes) as u64
+    }
 }
 
 /// Reads the header at the beginning of the file and compares its shape with the bytes behind it.
@@ -51,7 +74,7 @@ pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
     })?;
     let body = start + length;
     let mut dictionary = Dictionary { text, at: 0 };
-    let header = dictionary.header(body).map_err(|problem| malformed(start + dictionary.at, problem))?;
+    let header = dictionary.header(start, body).map_err(|problem| malformed(start + dictionary.at, problem))?;
     let present = bytes.len() - body;
     let n_elements = header.shape.iter().try_fold(1usize, |n, &extent| n.checked_mul(extent));
     if n_elements.and_then(|n| n.checked_mul(header.n_bytes)) != Some(present) {
@@ -70,16 +93,25 @@ struct Dictionary<'a> {
 }
 
 impl<'a> Dictionary<'a> {
-    fn header(&mut self, body: usize) -> Result<Header, String> {
+    /// The header of a dictionary that begins at the byte `start`, of a file whose values begin at `body`.
+    fn header(&mut self, start: usize, body: usize) -> Result<Header, String> {
         let (mut descr, mut fortran, mut shape) = (None, None, None);
+        let (mut type_at, mut shape_at) = (start, start);
         self.expect(b'{')?;
         while !self.take(b'}') {
             let key = self.string()?;
             self.expect(b':')?;
+            self.skip_space();
             match key {
-                b"descr" => descr = Some(element(self.string()?)?),
+                b"descr" => {
+                    type_at = start + self.at;
+                    descr = Some(element(self.string()?)?);
+                }
                 b"fortran_order" => fortran = Some(self.truth()?),
-                b"shape" => shape = Some(self.tuple()?),
+                b"shape" => {
+                    shape_at = start + self.at;
+                    shape = Some(self.tuple()?);
+                }
                 _ => return Err(format!("the key {:?} is not known", shown(key))),
             }
             if !self.take(b',') {
@@ -93,7 +125,7 @@ impl<'a> Dictionary<'a> {
         }
         match (descr, fortran, shape) {
             (Some((kind, n_bytes, big_endian)), Some(fortran), Some(shape)) => {
-                Ok(Header { kind, n_bytes, big_endian, fortran, shape, body })
+                Ok(Header { kind, n_bytes, big_endian, fortran, shape, type_at, shape_at, body })
             }
             _ => Err("the dictionary lacks one of descr, fortran_order and shape".into()),
         }

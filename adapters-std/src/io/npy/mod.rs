@@ -41,10 +41,11 @@ pub fn parse_f64(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<f64>), Er
         _ => {
             let integers = integers(&header, body);
             const LIMIT: u64 = 1 << f64::MANTISSA_DIGITS;
-            if let Some(beyond) = integers.iter().find(|x| x.unsigned_abs() > LIMIT) {
+            if let Some(at) = integers.iter().position(|x| x.unsigned_abs() > LIMIT) {
+                let beyond = integers[at];
                 let problem =
                     format!("the integer {beyond} is beyond 2^53 and has no exact f64: store the array as u4 or f8");
-                return Err(Error::malformed(path, Place::Whole, problem));
+                return Err(Error::malformed(path, Place::Byte(header.byte_of(at)), problem));
             }
             integers.into_iter().map(|x| x as f64).collect()
         }
@@ -52,10 +53,14 @@ pub fn parse_f64(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<f64>), Er
     Ok((header.shape, values))
 }
 
-/// The byte at which the value of this index in C order begins, if the array is stored in that order.
-pub(crate) fn byte_of(bytes: &[u8], path: &Path, index: usize) -> Option<u64> {
-    let header = header(bytes, path).ok().filter(|header| !header.fortran)?;
-    Some((header.body + index * header.n_bytes) as u64)
+/// The place of the value of this index in C order, in the bytes of an array.
+pub(crate) fn place_of_value(bytes: &[u8], path: &Path, index: usize) -> Place {
+    header(bytes, path).map_or(Place::Byte(0), |header| Place::Byte(header.byte_of(index)))
+}
+
+/// The place of the shape in the header, in the bytes of an array.
+pub(crate) fn place_of_shape(bytes: &[u8], path: &Path) -> Place {
+    header(bytes, path).map_or(Place::Byte(0), |header| Place::Byte(header.shape_at as u64))
 }
 
 /// The shape and the indices, in C order, of an array of integers.
@@ -75,13 +80,13 @@ pub fn parse_u32(bytes: &[u8], path: &Path) -> Result<(Vec<usize>, Vec<u32>), Er
     let header = header(bytes, path)?;
     if header.kind == Kind::Real {
         let problem = "real numbers where indices are expected: store them as an integer type such as i4";
-        return Err(Error::malformed(path, Place::Whole, problem));
+        return Err(Error::malformed(path, Place::Byte(header.type_at as u64), problem));
     }
     let integers = integers(&header, &bytes[header.body..]);
     let index = |(at, &integer): (usize, &i64)| {
         u32::try_from(integer).map_err(|_| {
             let problem = format!("value {at} is {integer}; an index from 0 to {} is expected", u32::MAX);
-            Error::malformed(path, Place::Whole, problem)
+            Error::malformed(path, Place::Byte(header.byte_of(at)), problem)
         })
     };
     let indices = integers.iter().enumerate().map(index).collect::<Result<_, _>>()?;

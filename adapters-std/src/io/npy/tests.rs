@@ -70,9 +70,9 @@ fn indices_are_not_negative_and_not_real() {
         parse_u32(&array_file(descr, "False", "(2,)", values), Path::new("t.npy")).map_err(|error| error.to_string())
     };
     assert_eq!(indices("<u2", &[1, 0, 255, 255]).expect("indices").1, [1, 65535]);
-    assert!(indices("|i1", &[3, 255]).unwrap_err().contains("value 1 is -1; an index"));
-    assert!(indices("<i8", &[[0xFF; 8], [0x0F; 8]].concat()).unwrap_err().contains("value 0 is -1"));
-    assert!(indices("<f4", &[0; 8]).unwrap_err().contains("real numbers where indices"));
+    assert!(indices("|i1", &[3, 255]).unwrap_err().contains("byte 71: value 1 is -1; an index"));
+    assert!(indices("<i8", &[[0xFF; 8], [0x0F; 8]].concat()).unwrap_err().contains("byte 70: value 0 is -1"));
+    assert!(indices("<f4", &[0; 8]).unwrap_err().contains("byte 20: real numbers where indices"));
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn errors_name_the_byte_and_the_remedy() {
         (array_file("<f4", "False", "(-1,)", &[]), "\"-1,), }"),
         (array_file("<c8", "False", "(1,)", &[0; 8]), "values of type \"<c8\" are not read; convert"),
         (array_file("f4", "False", "(1,)", &[0; 4]), "values of type \"f4\""),
-        (array_file("<i8", "False", "(1,)", &[0x7F; 8]), "is beyond 2^53"),
+        (array_file("<i8", "False", "(1,)", &[0x7F; 8]), "byte 70: the integer 9187201950435737471 is beyond 2^53"),
         (array_file("<f4", "false", "(1,)", &[0; 4]), "where True or False is expected"),
         (file("{'descr': [('a', '<f4')], }", &[]), "records of several fields are not read"),
         (file("{'descr': '<f4', }", &[]), "lacks one of descr, fortran_order and shape"),
@@ -100,6 +100,18 @@ fn errors_name_the_byte_and_the_remedy() {
     ] {
         assert!(error(&bytes).contains(message), "{message}: {}", error(&bytes));
     }
+}
+
+#[test]
+fn values_have_their_byte_in_either_order() {
+    let bytes = array_file("<f4", "True", "(2, 3, 4)", &[0; 96]);
+    let header = header(&bytes, Path::new("t")).expect("a header");
+    let stored: Vec<u64> = in_c_order(&header.shape, &(0..24).collect::<Vec<_>>());
+    for (index, at) in stored.into_iter().enumerate() {
+        assert_eq!(header.byte_of(index), header.body as u64 + 4 * at);
+    }
+    assert_eq!(&bytes[header.shape_at..][..9], b"(2, 3, 4)");
+    assert_eq!(&bytes[header.type_at..][..5], b"'<f4'");
 }
 
 #[test]

@@ -10,7 +10,9 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::buffers::{Buffer, buffers};
-use super::json::{Object, Within, checked_index};
+use super::json::{Object, checked_index};
+use super::problem::{Datum, Problem, Within};
+use super::view::{Component, Origin, View};
 
 /// Numbers that may be decoded for each byte of the file and its buffers: a vertex of 12 bytes may be used 64 times.
 const NUMBERS_PER_BYTE: u64 = 16;
@@ -24,64 +26,6 @@ pub(super) struct Document<'a> {
     left: Cell<u64>,
 }
 
-/// The type of the numbers of an accessor.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    fn numbered(code: u64) -> Option<Self> {
-        Some(match code {
-            5120 => Component::I8,
-            5121 => Component::U8,
-            5122 => Component::I16,
-            5123 => Component::U16,
-            5125 => Component::U32,
-            5126 => Component::F32,
-            _ => return None,
-        })
-    }
-
-    fn n_bytes(self) -> usize {
-        match self {
-            Component::I8 | Component::U8 => 1,
-            Component::I16 | Component::U16 => 2,
-            Component::U32 | Component::F32 => 4,
-        }
-    }
-
-    /// The largest integer, which normalised numbers are divided by.
-    fn largest(self) -> f64 {
-        match self {
-            Component::I8 => f64::from(i8::MAX),
-            Component::U8 => f64::from(u8::MAX),
-            Component::I16 => f64::from(i16::MAX),
-            Component::U16 => f64::from(u16::MAX),
-            Component::U32 => f64::from(u32::MAX),
-            Component::F32 => 1.0,
-        }
-    }
-
-    /// The number in the first bytes of `bytes`, which has at least [`Component::n_bytes`].
-    fn number(self, bytes: &[u8]) -> f64 {
-        match (self, bytes) {
-            (Component::I8, [a, ..]) => f64::from(i8::from_le_bytes([*a])),
-            (Component::U8, [a, ..]) => f64::from(*a),
-            (Component::I16, [a, b, ..]) => f64::from(i16::from_le_bytes([*a, *b])),
-            (Component::U16, [a, b, ..]) => f64::from(u16::from_le_bytes([*a, *b])),
-            (Component::U32, [a, b, c, d, ..]) => f64::from(u32::from_le_bytes([*a, *b, *c, *d])),
-            (Component::F32, [a, b, c, d, ..]) => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
-            _ => 0.0,
-        }
-    }
-}
-
 /// The decoded numbers of an accessor.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Values {
@@ -91,6 +35,8 @@ pub(super) struct Values {
     pub width: usize,
     /// Element after element; normalised ones are fractions.
     pub numbers: Vec<f64>,
+    /// Where they stand; unknown when they are in several places or in none.
+    origin: Option<Origin>,
 }
 
 impl Values {
@@ -103,11 +49,16 @@ impl Values {
     pub(super) fn elements<const N: usize>(&self) -> &[[f64; N]] {
         self.numbers.as_chunks().0
     }
+
+    /// The number `at` of an element in its buffer, for errors.
+    pub(super) fn datum(&self, element: usize, at: usize) -> Option<Datum> {
+        self.origin.map(|origin| origin.datum(element, at))
+    }
 }
 
 impl<'a> Document<'a> {
     /// The document `root` of a file of `n_bytes` at `path`, whose binary chunk is `binary`.
-    pub(super) fn new(root: &'a Value, binary: Option<&'a [u8]>, n_bytes: usize, path: &Path) -> Result<Self, String> {
+    pub(super) fn new(root: &'a Value, binary: Option<&'a [u8]>, n_bytes: usize, path: &Path) -> Result<Self, Problem> {
         let root = Object::of(root)?;
         let buffers = buffers(root, binary, path)?;
         let n_bytes = n_bytes as u64 + buffers.iter().map(|buffer| buffer.len() as u64).sum::<u64>();
@@ -115,35 +66,38 @@ impl<'a> Document<'a> {
     }
 
     /// Takes `n` numbers from what the file may ask for.
-    pub(super) fn charge(&self, n: u64) -> Result<(), String> {
+    pub(super) fn charge(&self, n: u64) -> Result<(), Problem> {
         let left = self.left.get().checked_sub(n).ok_or_else(|| {
-            String::from(": more numbers than the size of the file justifies: a count is wrong, or many nodes repeat a mesh; save it anew, with its instances as meshes")
+            Problem::here(
+                "more numbers than the size of the file justifies: a count is wrong, or many nodes repeat a mesh; save it \
+                 anew, with its instances as meshes",
+            )
         })?;
         self.left.set(left);
         Ok(())
     }
 
     /// The object `index` of the list `list` of the document.
-    pub(super) fn listed(&self, list: &str, index: u64) -> Result<(usize, Object<'a>), String> {
+    pub(super) fn listed(&self, list: &str, index: u64) -> Result<(usize, Object<'a>), Problem> {
         let values = self.root.list(list)?;
         let index = checked_index(index, values.len(), list)?;
-        Ok((index, Object::of(&values[index]).within(|| format!(": {list}[{index}]"))?))
+        Ok((index, Object::of(&values[index]).at_root(|| format!("{list}[{index}]"))?))
     }
 
     /// The shape of an accessor: the number of its elements and its `type`.
-    pub(super) fn shape(&self, index: u64) -> Result<(u64, &'a str), String> {
+    pub(super) fn shape(&self, index: u64) -> Result<(u64, &'a str), Problem> {
         let (index, object) = self.listed("accessors", index)?;
         let shape = || Ok((object.wanted("count")?, object.text("type")?.unwrap_or_default()));
-        shape().within(|| format!(": accessors[{index}]"))
+        shape().at_root(|| format!("accessors[{index}]"))
     }
 
     /// The numbers of an accessor whose `type` is one of `kinds`.
-    pub(super) fn values(&self, index: u64, kinds: &[&str]) -> Result<Values, String> {
+    pub(super) fn values(&self, index: u64, kinds: &[&str]) -> Result<Values, Problem> {
         let (index, object) = self.listed("accessors", index)?;
-        self.decoded(object, kinds).within(|| format!(": accessors[{index}]"))
+        self.decoded(object, kinds).at_root(|| format!("accessors[{index}]"))
     }
 
-    fn decoded(&self, accessor: Object<'a>, kinds: &[&str]) -> Result<Values, String> {
+    fn decoded(&self, accessor: Object<'a>, kinds: &[&str]) -> Result<Values, Problem> {
         let kind = accessor.text("type")?.unwrap_or_default();
         let width = match kind {
             "SCALAR" => 1,
@@ -154,63 +108,62 @@ impl<'a> Document<'a> {
             _ => 0,
         };
         if width == 0 || !kinds.contains(&kind) {
-            return Err(format!("type: {kind:?} where {} is expected", kinds.join(" or ")));
+            return Err(Problem::at("type", format!("{kind:?} where {} is expected", kinds.join(" or "))));
         }
         let component = component(accessor)?;
         let normalised = accessor.flag("normalized")? && component != Component::F32;
         let count = accessor.wanted("count")?;
         self.charge(count.saturating_mul(width as u64)).within(|| "count".into())?;
-        let count = usize::try_from(count).map_err(|_| String::from("count: more than memory can hold"))?;
-        let mut numbers = match accessor.whole("bufferView")? {
-            None => vec![0.0; count * width],
+        let count = usize::try_from(count).map_err(|_| Problem::at("count", "more than memory can hold"))?;
+        let (mut numbers, mut origin) = match accessor.whole("bufferView")? {
+            None => (vec![0.0; count * width], None),
             Some(view) => {
                 let view = self.view(view).within(|| "bufferView".into())?;
                 let offset = accessor.whole("byteOffset")?.unwrap_or(0);
                 let mut numbers = Vec::with_capacity(count * width);
-                view.push_numbers(&mut numbers, component, width, count, offset)?;
-                numbers
+                let origin = view.push_numbers(&mut numbers, component, width, count, offset)?;
+                (numbers, Some(origin))
             }
         };
         if let Some(sparse) = accessor.object("sparse")? {
             self.replace(sparse, component, width, &mut numbers).within(|| "sparse".into())?;
+            origin = None;
         }
         if normalised {
             let largest = component.largest();
             // The smallest signed integer lies beyond -1, which is where the format puts it.
             numbers.iter_mut().for_each(|number| *number = (*number / largest).max(-1.0));
         }
-        Ok(Values { component, normalised, width, numbers })
+        Ok(Values { component, normalised, width, numbers, origin })
     }
 
     /// Replaces the elements that a sparse accessor lists.
-    fn replace(&self, sparse: Object<'a>, value: Component, width: usize, numbers: &mut [f64]) -> Result<(), String> {
+    fn replace(&self, sparse: Object<'a>, value: Component, width: usize, numbers: &mut [f64]) -> Result<(), Problem> {
         let n_elements = numbers.len() / width;
         let count = sparse.wanted("count")?;
-        let count = usize::try_from(count)
-            .ok()
-            .filter(|&count| count <= n_elements)
-            .ok_or_else(|| format!("count: {count} elements are replaced, but the accessor has {n_elements}"))?;
-        let part = |key: &str, known: Option<Component>, width: usize| -> Result<Vec<f64>, String> {
-            let object = sparse.object(key)?.ok_or_else(|| format!("{key}: it is missing"))?;
-            let read = || -> Result<Vec<f64>, String> {
+        let count = usize::try_from(count).ok().filter(|&count| count <= n_elements).ok_or_else(|| {
+            Problem::at("count", format!("{count} elements are replaced, but the accessor has {n_elements}"))
+        })?;
+        let part = |key: &str, known: Option<Component>, width: usize| -> Result<(Vec<f64>, Origin), Problem> {
+            let object = sparse.object(key)?.ok_or_else(|| Problem::at(key, "it is missing"))?;
+            let read = || {
                 let component = known.map_or_else(|| component(object), Ok)?;
                 let view = self.view(object.wanted("bufferView")?).within(|| "bufferView".into())?;
                 let offset = object.whole("byteOffset")?.unwrap_or(0);
                 let mut numbers = Vec::with_capacity(count * width);
-                view.push_numbers(&mut numbers, component, width, count, offset)?;
-                Ok(numbers)
+                let origin = view.push_numbers(&mut numbers, component, width, count, offset)?;
+                Ok((numbers, origin))
             };
             read().within(|| key.to_owned())
         };
-        let places = part("indices", None, 1)?;
-        let values = part("values", Some(value), width)?;
+        let (places, origin) = part("indices", None, 1)?;
+        let (values, _) = part("values", Some(value), width)?;
         let mut last = -1.0;
-        for (&place, element) in places.iter().zip(values.chunks_exact(width)) {
+        for (at, (&place, element)) in places.iter().zip(values.chunks_exact(width)).enumerate() {
             // A fraction or a negative number, which only wrong component types give, is no index either.
             if place <= last || place.fract() != 0.0 || place >= n_elements as f64 {
-                return Err(format!(
-                    "indices: {place} follows {last}; indices rise and are below the {n_elements} elements"
-                ));
+                let problem = format!("{place} follows {last}; indices rise and are below the {n_elements} elements");
+                return Err(Problem::at("indices", problem).with(Some(origin.datum(at, 0))));
             }
             last = place;
             let start = place as usize * width;
@@ -219,67 +172,31 @@ impl<'a> Document<'a> {
         Ok(())
     }
 
-    fn view(&self, index: u64) -> Result<View<'_>, String> {
+    fn view(&self, index: u64) -> Result<View<'_>, Problem> {
         let (index, object) = self.listed("bufferViews", index)?;
-        let view = || -> Result<View<'_>, String> {
+        let view = || -> Result<View<'_>, Problem> {
             let (buffer, n_bytes) = (object.wanted("buffer")?, object.wanted("byteLength")?);
             let offset = object.whole("byteOffset")?.unwrap_or(0);
             let buffer = checked_index(buffer, self.buffers.len(), "buffers").within(|| "buffer".into())?;
-            let bytes: &[u8] = &self.buffers[buffer];
+            let all: &[u8] = &self.buffers[buffer];
             let range = usize::try_from(offset).ok().zip(usize::try_from(n_bytes).ok());
-            let range = range.and_then(|(start, n)| bytes.get(start..start.checked_add(n)?));
-            let bytes = range.ok_or_else(|| {
-                let n = bytes.len();
-                format!("byteLength: {n_bytes} bytes from byte {offset}, but buffers[{buffer}] has {n}")
+            let range = range.and_then(|(start, n)| Some((start, all.get(start..start.checked_add(n)?)?)));
+            let (byte, bytes) = range.ok_or_else(|| {
+                let n = all.len();
+                let problem = format!("{n_bytes} bytes from byte {offset}, but buffers[{buffer}] has {n}");
+                Problem::at("byteLength", problem)
             })?;
             let stride = object.whole("byteStride")?;
-            Ok(View { bytes, stride })
+            Ok(View { bytes, start: Datum { buffer, byte }, stride })
         };
-        view().within(|| format!(": bufferViews[{index}]"))
+        view().at_root(|| format!("bufferViews[{index}]"))
     }
 }
 
-fn component(object: Object<'_>) -> Result<Component, String> {
+fn component(object: Object<'_>) -> Result<Component, Problem> {
     let code = object.wanted("componentType")?;
-    Component::numbered(code).ok_or_else(|| format!("componentType: {code} is none; 5120 to 5123, 5125 or 5126 are"))
-}
-
-/// A part of a buffer.
-struct View<'a> {
-    bytes: &'a [u8],
-    stride: Option<u64>,
-}
-
-impl View<'_> {
-    /// Appends `count` elements of `width` numbers from `offset` on.
-    fn push_numbers(
-        &self,
-        numbers: &mut Vec<f64>,
-        component: Component,
-        width: usize,
-        count: usize,
-        offset: u64,
-    ) -> Result<(), String> {
-        let size = width * component.n_bytes();
-        let stride = self.stride.unwrap_or(size as u64);
-        if stride < size as u64 {
-            return Err(format!("bufferView: its byteStride of {stride} is less than the {size} bytes of an element"));
-        }
-        let Some(last) = (count as u64).checked_sub(1) else { return Ok(()) };
-        let end = stride.checked_mul(last).and_then(|bytes| bytes.checked_add(size as u64)?.checked_add(offset));
-        let n_bytes = self.bytes.len();
-        if end.is_none_or(|end| end > n_bytes as u64) {
-            return Err(format!(
-                "byteOffset: {count} elements of {size} bytes, {stride} apart, from byte {offset} on, but the view has {n_bytes}"
-            ));
-        }
-        // Offset and stride end within the view, so they fit into `usize`; a stride without a second element need not.
-        let elements = self.bytes[offset as usize..].chunks(usize::try_from(stride).unwrap_or(usize::MAX));
-        for element in elements.take(count) {
-            numbers.extend(element[..size].chunks_exact(component.n_bytes()).map(|bytes| component.number(bytes)));
-        }
-        Ok(())
-    }
+    Component::numbered(code)
+        .ok_or_else(|| Problem::at("componentType", format!("{code} is none; 5120 to 5123, 5125 or 5126 are")))
 }
 
 #[cfg(test)]
@@ -289,7 +206,8 @@ mod tests {
 
     fn read(accessor: Value, view: Value, bytes: &[u8]) -> Result<Values, String> {
         let root = json!({"accessors": [accessor], "bufferViews": [view], "buffers": [{"byteLength": bytes.len()}]});
-        Document::new(&root, Some(bytes), 0, Path::new("a"))?.values(0, &["SCALAR", "VEC3"])
+        let document = Document::new(&root, Some(bytes), 0, Path::new("a"));
+        document.and_then(|document| document.values(0, &["SCALAR", "VEC3"])).map_err(|problem| problem.to_string())
     }
 
     fn numbers(accessor: Value, view: Value, bytes: &[u8]) -> Vec<f64> {

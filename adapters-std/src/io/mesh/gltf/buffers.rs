@@ -10,7 +10,8 @@ use base64::Engine;
 use base64::alphabet::STANDARD;
 use base64::engine::{DecodePaddingMode, GeneralPurpose, GeneralPurposeConfig};
 
-use super::json::{Object, Within};
+use super::json::Object;
+use super::problem::{Problem, Within};
 
 /// Decodes base64 whether it is padded or not, as programs write both.
 const BASE64: GeneralPurpose = GeneralPurpose::new(
@@ -22,12 +23,12 @@ const BASE64: GeneralPurpose = GeneralPurpose::new(
 pub(super) type Buffer<'a> = Rc<Cow<'a, [u8]>>;
 
 /// The buffers of the document: `binary` is the chunk of a `.glb` file, `path` the document's file.
-pub(super) fn buffers<'a>(root: Object<'_>, binary: Option<&'a [u8]>, path: &Path) -> Result<Vec<Buffer<'a>>, String> {
+pub(super) fn buffers<'a>(root: Object<'_>, binary: Option<&'a [u8]>, path: &Path) -> Result<Vec<Buffer<'a>>, Problem> {
     let mut files: BTreeMap<PathBuf, Buffer<'a>> = BTreeMap::new();
     let list = root.list("buffers")?;
     let mut buffers = Vec::with_capacity(list.len());
     for (index, value) in list.iter().enumerate() {
-        let mut buffer = || -> Result<Buffer<'a>, String> {
+        let mut buffer = || -> Result<Buffer<'a>, Problem> {
             let object = Object::of(value)?;
             let n_bytes = object.wanted("byteLength")?;
             let bytes: Buffer<'a> = match object.text("uri")? {
@@ -47,12 +48,16 @@ pub(super) fn buffers<'a>(root: Object<'_>, binary: Option<&'a [u8]>, path: &Pat
                 },
                 None => match binary.filter(|_| index == 0) {
                     Some(chunk) => Rc::new(chunk.into()),
-                    None => return Err("uri: it is missing, and the file has no binary chunk for this buffer".into()),
+                    None => {
+                        let problem = "it is missing, and the file has no binary chunk for this buffer";
+                        return Err(Problem::at("uri", problem));
+                    }
                 },
             };
             if (bytes.len() as u64) < n_bytes {
                 let n = bytes.len();
-                return Err(format!("byteLength: {n_bytes} bytes, but there are {n}: the buffer is truncated"));
+                let problem = format!("{n_bytes} bytes, but there are {n}: the buffer is truncated");
+                return Err(Problem::at("byteLength", problem));
             }
             Ok(bytes)
         };
@@ -62,23 +67,25 @@ pub(super) fn buffers<'a>(root: Object<'_>, binary: Option<&'a [u8]>, path: &Pat
 }
 
 /// The bytes within a data URI, or `None` when it is no data URI.
-fn data_of(uri: &str) -> Result<Option<Vec<u8>>, String> {
+fn data_of(uri: &str) -> Result<Option<Vec<u8>>, Problem> {
     let Some(rest) = uri.get(..5).filter(|scheme| scheme.eq_ignore_ascii_case("data:")).map(|_| &uri[5..]) else {
         return Ok(None);
     };
     let Some((kind, data)) = rest.split_once(',') else {
-        return Err(": a data URI without a comma in front of the data".into());
+        return Err(Problem::here("a data URI without a comma in front of the data"));
     };
     if !kind.ends_with(";base64") {
-        return Err(": a data URI that is not base64: save the buffer as base64 or as a file".into());
+        return Err(Problem::here("a data URI that is not base64: save the buffer as base64 or as a file"));
     }
-    BASE64.decode(data).map(Some).map_err(|error| format!(": the base64 of the data URI is wrong: {error}"))
+    let wrong = |error| Problem::here(format!("the base64 of the data URI is wrong: {error}"));
+    BASE64.decode(data).map(Some).map_err(wrong)
 }
 
 /// The file that a relative URI names, in the folder of the document or below it.
-fn beside(document: &Path, uri: &str) -> Result<PathBuf, String> {
+fn beside(document: &Path, uri: &str) -> Result<PathBuf, Problem> {
     let shown: String = uri.chars().take(80).collect();
-    let refused = || format!(": {shown:?} is no plain path inside the document's folder: copy the file there");
+    let refused =
+        || Problem::here(format!("{shown:?} is no plain path inside the document's folder: copy the file there"));
     let relative = percent_decoded(uri).ok_or_else(refused)?;
     let mut path = document.parent().unwrap_or(Path::new("")).to_owned();
     // A colon begins another scheme or names a drive; a backslash separates folders on some systems alone.
@@ -100,9 +107,9 @@ fn beside(document: &Path, uri: &str) -> Result<PathBuf, String> {
 }
 
 /// The first `n_bytes` of a file, which must have them.
-fn head(file: &Path, n_bytes: u64) -> Result<Vec<u8>, String> {
+fn head(file: &Path, n_bytes: u64) -> Result<Vec<u8>, Problem> {
     let unreadable = |error: &dyn std::fmt::Display| {
-        format!(": {} cannot be read: {error}; copy it beside the document", file.display())
+        Problem::here(format!("{} cannot be read: {error}; copy it beside the document", file.display()))
     };
     let metadata = std::fs::metadata(file).map_err(|error| unreadable(&error))?;
     if !metadata.is_file() {
@@ -110,7 +117,8 @@ fn head(file: &Path, n_bytes: u64) -> Result<Vec<u8>, String> {
     }
     if metadata.len() < n_bytes {
         let n = metadata.len();
-        return Err(format!(": {} has {n} bytes; the document asks for {n_bytes}", file.display()));
+        let problem = format!("{} has {n} bytes; the document asks for {n_bytes}", file.display());
+        return Err(Problem::here(problem));
     }
     let mut bytes = Vec::new();
     let open = std::fs::File::open(file).map_err(|error| unreadable(&error))?;
@@ -143,7 +151,7 @@ mod tests {
 
     fn loaded(list: Value, binary: Option<&[u8]>, path: &Path) -> Result<Vec<Vec<u8>>, String> {
         let root = json!({ "buffers": list });
-        let buffers = buffers(Object::of(&root).unwrap(), binary, path)?;
+        let buffers = buffers(Object::of(&root).unwrap(), binary, path).map_err(|problem| problem.to_string())?;
         Ok(buffers.iter().map(|buffer| buffer.to_vec()).collect())
     }
 

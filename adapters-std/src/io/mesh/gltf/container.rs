@@ -15,6 +15,8 @@ pub(super) struct Chunks<'a> {
     /// The byte of the file at which `json` begins.
     pub json_start: usize,
     pub binary: Option<&'a [u8]>,
+    /// The byte of the file at which `binary` begins.
+    pub binary_start: usize,
 }
 
 /// The chunks of a file that begins with [`MAGIC`]; chunks of unknown types are noted.
@@ -33,7 +35,7 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], path: &Path, losses: &mut Losses) -> R
         return malformed(8, problem);
     }
     losses.note(bytes.len() - length, "byte behind the announced end", "bytes behind the announced end");
-    let (mut at, mut json, mut binary, mut n_unknown) = (12, None, None, 0);
+    let (mut at, mut json, mut binary, mut binary_start, mut n_unknown) = (12, None, None, 0, 0);
     while at < length {
         let (Some(size), Some(kind)) = (number(at).filter(|_| at + 8 <= length), number(at + 4)) else {
             return malformed(at, "the file ends in the header of a chunk, which has 8 bytes: it is truncated".into());
@@ -47,7 +49,7 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], path: &Path, losses: &mut Losses) -> R
         let chunk = &bytes[start..start + size as usize];
         match &kind.to_le_bytes() {
             b"JSON" if at == 12 => json = Some((start, chunk)),
-            b"BIN\0" if json.is_some() && binary.is_none() => binary = Some(chunk),
+            b"BIN\0" if json.is_some() && binary.is_none() => (binary, binary_start) = (Some(chunk), start),
             _ if json.is_none() => {
                 return malformed(at + 4, "the first chunk is not JSON: is it a GLB file?".into());
             }
@@ -57,7 +59,7 @@ pub(super) fn chunks<'a>(bytes: &'a [u8], path: &Path, losses: &mut Losses) -> R
     }
     losses.note(n_unknown, "chunk of an unknown type", "chunks of unknown types");
     match json {
-        Some((json_start, json)) => Ok(Chunks { json, json_start, binary }),
+        Some((json_start, json)) => Ok(Chunks { json, json_start, binary, binary_start }),
         None => malformed(12, "there is no JSON chunk in it".into()),
     }
 }
@@ -96,6 +98,7 @@ mod tests {
         let mut losses = Losses::default();
         let chunks = chunks(&bytes, Path::new("a"), &mut losses).unwrap();
         assert_eq!((chunks.json, chunks.json_start, chunks.binary), (&b"{\"a\"}   "[..], 20, Some(&b"xyz\0"[..])));
+        assert_eq!(chunks.binary_start, 36);
         assert!(losses.into_clauses().is_empty());
     }
 

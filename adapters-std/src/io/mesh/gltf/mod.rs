@@ -16,11 +16,14 @@ mod json;
 mod nodes;
 mod placement;
 mod primitive;
+mod problem;
 mod read;
 mod skin;
+mod source;
 mod tally;
 #[cfg(test)]
 mod tests;
+mod view;
 mod write;
 mod write_skin;
 
@@ -31,10 +34,11 @@ use serde_json::Value;
 
 use self::accessor::Document;
 use self::json::Object;
+use self::problem::Problem;
+use self::source::Source;
 use super::losses::Losses;
 use super::{Formatted, MeshFile, ReadOptions, WriteOptions, check_n_vertices};
-use crate::io::text::without_byte_order_mark;
-use crate::{Error, Place};
+use crate::Error;
 
 /// The extension that allows integers as positions, which are read anyway.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
@@ -45,50 +49,30 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 /// Joined meshes stand in the order of the scene, vertices in that of the file. Skins put the mesh into the bind pose.
 ///
 /// # Errors
-/// [`Error::Malformed`] with the byte of the container or line of the JSON, or with the path in the document, such as
-/// `accessors[3].byteOffset`; also for extensions that a document requires and that are not read.
+/// [`Error::Malformed`] with the byte of a `.glb` file or the line and column of a `.gltf` file at which the value of the
+/// document stands, and its path, such as `accessors[3].byteOffset`; with the byte of the number when that is wrong. Also
+/// for extensions that a document requires and that are not read.
 pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFile, Error> {
     let mut losses = Losses::default();
-    let malformed = |problem: String| {
-        let problem = problem.trim_start_matches(": ").to_owned();
-        Error::malformed(path, Place::Whole, problem)
+    let source = Source::of(bytes, path, &mut losses)?;
+    let root = source.document()?;
+    let content = || {
+        let document = Document::new(&root, source.binary, bytes.len(), path)?;
+        check_header(document.root)?;
+        read::content(&document, options, losses)
     };
-    let (document, binary) = if bytes.starts_with(container::MAGIC) {
-        let chunks = container::chunks(bytes, path, &mut losses)?;
-        let place = |error: &serde_json::Error| {
-            Place::Byte((chunks.json_start + byte_of(chunks.json, error.line(), error.column())) as u64)
-        };
-        (json(chunks.json, path, place)?, chunks.binary)
-    } else {
-        (json(without_byte_order_mark(bytes), path, |error| Place::Line(error.line()))?, None)
-    };
-    let document = Document::new(&document, binary, bytes.len(), path).map_err(malformed)?;
-    check_header(document.root).map_err(malformed)?;
-    let file = read::content(&document, options, losses).map_err(malformed)?;
-    check_n_vertices(file.mesh.positions.len(), path)?;
+    let file = content().map_err(|problem| source.refused(&root, &problem))?;
+    check_n_vertices(file.mesh.positions.len(), path, || source.place_of("meshes"))?;
     Ok(file)
 }
 
-/// The JSON of a document; `place` says where in the file an error is.
-fn json(text: &[u8], path: &Path, place: impl Fn(&serde_json::Error) -> Place) -> Result<Value, Error> {
-    serde_json::from_slice(text).map_err(|error| {
-        let problem = format!("the JSON of the document is wrong: {error}");
-        Error::malformed(path, place(&error), problem)
-    })
-}
-
-/// The byte of a line and column, counted from 1.
-fn byte_of(text: &[u8], line: usize, column: usize) -> usize {
-    let lines = text.split_inclusive(|&byte| byte == b'\n').take(line.saturating_sub(1));
-    (lines.map(<[u8]>::len).sum::<usize>() + column.saturating_sub(1)).min(text.len())
-}
-
 /// Whether the version and the extensions that the document requires are read.
-fn check_header(root: Object<'_>) -> Result<(), String> {
-    let asset = root.object("asset")?.ok_or("asset: it is missing: is this a glTF document?")?;
+fn check_header(root: Object<'_>) -> Result<(), Problem> {
+    let missing = || Problem::at("asset", "it is missing: is this a glTF document?");
+    let asset = root.object("asset")?.ok_or_else(missing)?;
     let version = asset.text("version")?.unwrap_or_default();
     if !version.starts_with("2.") {
-        return Err(format!("asset.version: {version:?}; 2.0 is read: save it as glTF 2.0"));
+        return Err(Problem::at("asset.version", format!("{version:?}; 2.0 is read: save it as glTF 2.0")));
     }
     for name in root.list("extensionsRequired")?.iter().filter_map(Value::as_str) {
         // Those of the look of a surface move no vertex.
@@ -96,7 +80,7 @@ fn check_header(root: Object<'_>) -> Result<(), String> {
         if name != QUANTIZATION && !look.iter().any(|prefix| name.starts_with(prefix)) {
             let name: String = name.chars().take(60).collect();
             let remedy = "save the file without it (without compression, instances as meshes)";
-            return Err(format!("extensionsRequired: {name:?} is not read: {remedy}"));
+            return Err(Problem::at("extensionsRequired", format!("{name:?} is not read: {remedy}")));
         }
     }
     Ok(())

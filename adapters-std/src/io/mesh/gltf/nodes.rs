@@ -3,7 +3,8 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
 use super::accessor::Document;
-use super::json::{Object, Within, checked_index, index_below};
+use super::json::{Object, checked_index, index_below};
+use super::problem::{Problem, Within};
 
 /// The nodes of a document.
 pub(super) struct Nodes<'a> {
@@ -19,7 +20,7 @@ pub(super) struct Nodes<'a> {
 
 impl<'a> Nodes<'a> {
     /// The nodes of the document. Those of its scene are shown; of a document without scenes, all.
-    pub(super) fn of(document: &Document<'a>) -> Result<Self, String> {
+    pub(super) fn of(document: &Document<'a>) -> Result<Self, Problem> {
         let list = document.root.list("nodes")?;
         let n = list.len();
         let mut objects = Vec::with_capacity(n);
@@ -27,7 +28,7 @@ impl<'a> Nodes<'a> {
         let mut parents = vec![None; n];
         for (index, value) in list.iter().enumerate() {
             let object = Object::of(value).within(|| format!("nodes[{index}]"))?;
-            let below = children_of(object, index, &mut parents).within(|| format!("nodes[{index}].children"))?;
+            let below = children_of(object, index, &mut parents).within(|| format!("nodes[{index}]"))?;
             children.push(below);
             objects.push(object);
         }
@@ -37,7 +38,7 @@ impl<'a> Nodes<'a> {
             let mut reached = vec![false; n];
             order.iter().for_each(|&node| reached[node] = true);
             let node = reached.iter().position(|reached| !reached).unwrap_or(0);
-            return Err(format!("nodes[{node}]: it is below itself: nodes form trees"));
+            return Err(Problem::at(format!("nodes[{node}]"), "it is below itself: nodes form trees"));
         }
         let mut worlds = vec![DAffine3::IDENTITY; n];
         for &node in &order {
@@ -53,7 +54,8 @@ impl<'a> Nodes<'a> {
                     if parents[node].is_some_and(|parent| reached[parent])
                         && std::mem::replace(&mut reached[node], true)
                     {
-                        return Err(format!("nodes[{node}]: the scene lists it and a node above it: list roots alone"));
+                        let problem = "the scene lists it and a node above it: list roots alone";
+                        return Err(Problem::at(format!("nodes[{node}]"), problem));
                     }
                 }
                 preorder(&roots, &children)
@@ -68,13 +70,15 @@ impl<'a> Nodes<'a> {
     }
 }
 
-fn children_of(object: Object<'_>, parent: usize, parents: &mut [Option<usize>]) -> Result<Vec<usize>, String> {
-    let list = object.list("children").map_err(|error| error.trim_start_matches("children").to_owned())?;
+fn children_of(object: Object<'_>, parent: usize, parents: &mut [Option<usize>]) -> Result<Vec<usize>, Problem> {
+    let list = object.list("children")?;
     let mut children = Vec::with_capacity(list.len());
     for (position, value) in list.iter().enumerate() {
-        let child = index_below(value, parents.len(), "nodes").within(|| format!("[{position}]"))?;
+        let place = || format!("children[{position}]");
+        let child = index_below(value, parents.len(), "nodes").within(place)?;
         if let Some(other) = parents[child].replace(parent) {
-            return Err(format!("[{position}]: nodes[{child}] is already below nodes[{other}]: nodes form trees"));
+            let problem = format!("nodes[{child}] is already below nodes[{other}]: nodes form trees");
+            return Err(Problem::at(place(), problem));
         }
         children.push(child);
     }
@@ -93,7 +97,7 @@ fn preorder(roots: &[usize], children: &[Vec<usize>]) -> Vec<usize> {
 }
 
 /// The nodes that the scene lists.
-fn scene(document: &Document<'_>) -> Result<Option<Vec<usize>>, String> {
+fn scene(document: &Document<'_>) -> Result<Option<Vec<usize>>, Problem> {
     let index = document.root.whole("scene")?;
     if index.is_none() && document.root.list("scenes")?.is_empty() {
         return Ok(None);
@@ -106,7 +110,7 @@ fn scene(document: &Document<'_>) -> Result<Option<Vec<usize>>, String> {
         let place = || format!("scenes[{index}].nodes[{position}]");
         let node = index_below(value, n_nodes, "nodes").within(place)?;
         if std::mem::replace(&mut listed[node], true) {
-            return Err(format!("{}: nodes[{node}] is listed a second time", place()));
+            return Err(Problem::at(place(), format!("nodes[{node}] is listed a second time")));
         }
         roots.push(node);
     }
@@ -114,11 +118,11 @@ fn scene(document: &Document<'_>) -> Result<Option<Vec<usize>>, String> {
 }
 
 /// The transform of a node into its parent: a matrix by columns, or translation, rotation (quaternion) and scale.
-fn local(node: Object<'_>) -> Result<DAffine3, String> {
+fn local(node: Object<'_>) -> Result<DAffine3, Problem> {
     if let Some(matrix) = node.numbers::<16>("matrix")? {
         let [x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3, t0, t1, t2, t3] = matrix;
         if [x3, y3, z3, t3] != [0.0, 0.0, 0.0, 1.0] {
-            return Err("matrix: its last row is not 0 0 0 1: it is no affine transform".into());
+            return Err(Problem::at("matrix", "its last row is not 0 0 0 1: it is no affine transform"));
         }
         let columns = [[x0, x1, x2], [y0, y1, y2], [z0, z1, z2]].map(DVec3::from);
         let matrix = DMat3::from_cols(columns[0], columns[1], columns[2]);
@@ -132,7 +136,7 @@ fn local(node: Object<'_>) -> Result<DAffine3, String> {
             let rotation = DQuat::from_array(parts);
             let length = rotation.length();
             if !(0.9..1.1).contains(&length) {
-                return Err(format!("rotation: a quaternion of length {length}; 1 is expected"));
+                return Err(Problem::at("rotation", format!("a quaternion of length {length}; 1 is expected")));
             }
             rotation.normalize()
         }
@@ -141,7 +145,7 @@ fn local(node: Object<'_>) -> Result<DAffine3, String> {
 }
 
 /// The index of a mesh or skin that a node uses, checked against the document.
-pub(super) fn used(document: &Document<'_>, node: Object<'_>, key: &str, list: &str) -> Result<Option<usize>, String> {
+pub(super) fn used(document: &Document<'_>, node: Object<'_>, key: &str, list: &str) -> Result<Option<usize>, Problem> {
     let Some(index) = node.whole(key)? else { return Ok(None) };
     checked_index(index, document.root.list(list)?.len(), list).within(|| key.to_owned()).map(Some)
 }
@@ -153,8 +157,9 @@ mod tests {
     use std::path::Path;
 
     fn with_nodes<T>(root: Value, then: impl FnOnce(Nodes<'_>) -> T) -> Result<T, String> {
-        let document = Document::new(&root, None, 0, Path::new("a"))?;
-        Nodes::of(&document).map(then)
+        let said = |problem: Problem| problem.to_string();
+        let document = Document::new(&root, None, 0, Path::new("a")).map_err(said)?;
+        Nodes::of(&document).map(then).map_err(said)
     }
 
     #[test]

@@ -4,10 +4,12 @@ use serde_json::Value;
 
 use super::super::coordinates::REMEDY;
 use super::super::{NonFinite, ReadOptions, push_fan};
-use super::accessor::{Component, Document, Values};
+use super::accessor::{Document, Values};
 use super::colour::{srgb, stands_for};
-use super::json::{Object, Within, whole};
+use super::json::{Object, whole};
+use super::problem::{Problem, Within};
 use super::tally::Tally;
+use super::view::Component;
 use crate::mesh::{Attribute, Scalar};
 
 /// The vertices of a primitive in the space of its mesh.
@@ -28,8 +30,9 @@ impl Vertices {
         primitive: Object<'_>,
         options: &ReadOptions,
         tally: &mut Tally,
-    ) -> Result<Self, String> {
-        let attributes = primitive.object("attributes")?.ok_or("attributes: it is missing; POSITION is expected")?;
+    ) -> Result<Self, Problem> {
+        let missing = || Problem::at("attributes", "it is missing; POSITION is expected");
+        let attributes = primitive.object("attributes")?.ok_or_else(missing)?;
         let mut vertices = read_attributes(document, attributes, options, tally).within(|| "attributes".into())?;
         for (index, target) in primitive.list("targets")?.iter().enumerate() {
             let displacements = target_of(document, target, vertices.positions.len(), tally);
@@ -44,18 +47,18 @@ fn read_attributes(
     attributes: Object<'_>,
     options: &ReadOptions,
     tally: &mut Tally,
-) -> Result<Vertices, String> {
+) -> Result<Vertices, Problem> {
     let position = attributes.wanted("POSITION")?;
     let keep = options.non_finite == NonFinite::Keep;
     let positions = vectors(document, position, None, keep).within(|| "POSITION".into())?;
     let mut vertices = Vertices { positions, ..Vertices::default() };
     let n = vertices.positions.len();
     for (key, value) in attributes.entries() {
-        let mut attribute = || -> Result<(), String> {
+        let mut attribute = || -> Result<(), Problem> {
             let accessor = whole(value)?;
             let known = document.shape(accessor)?;
             if known.0 != n as u64 {
-                return Err(format!(": accessors[{accessor}] has {} elements for {n} vertices", known.0));
+                return Err(other_count(accessor, known.0, n));
             }
             match key.split_once('_') {
                 None if key == "POSITION" => {}
@@ -79,20 +82,29 @@ fn read_attributes(
 }
 
 /// Three numbers for each vertex, finite unless others are kept.
-fn vectors(document: &Document<'_>, accessor: u64, n: Option<usize>, keep: bool) -> Result<Vec<[f64; 3]>, String> {
+fn vectors(document: &Document<'_>, accessor: u64, n: Option<usize>, keep: bool) -> Result<Vec<[f64; 3]>, Problem> {
     let values = document.values(accessor, &["VEC3"])?;
     let vectors = values.elements::<3>();
     if let Some(n) = n.filter(|&n| n != vectors.len()) {
-        return Err(format!(": accessors[{accessor}] has {} elements for {n} vertices", vectors.len()));
+        return Err(other_count(accessor, vectors.len() as u64, n));
     }
-    match vectors.iter().position(|vector| !vector.iter().all(|x| x.is_finite())).filter(|_| !keep) {
-        Some(vertex) => Err(format!(": {:?} of vertex {vertex} is not finite: {REMEDY}", vectors[vertex])),
+    match values.numbers.iter().position(|x| !x.is_finite()).filter(|_| !keep) {
+        Some(number) => {
+            let (vertex, axis) = (number / 3, number % 3);
+            let problem = format!("{:?} of vertex {vertex} is not finite: {REMEDY}", vectors[vertex]);
+            Err(Problem::here(problem).with(values.datum(vertex, axis)))
+        }
         None => Ok(vectors.to_vec()),
     }
 }
 
+/// The error for an accessor that has not one element for each vertex.
+fn other_count(accessor: u64, n_elements: u64, n: usize) -> Problem {
+    Problem::here(format!("it has {n_elements} elements for {n} vertices")).referred(accessor)
+}
+
 /// Colours as sRGB bytes; opacities and colours that bytes cannot hold are noted.
-fn colours(document: &Document<'_>, accessor: u64, tally: &mut Tally) -> Result<Vec<[u8; 3]>, String> {
+fn colours(document: &Document<'_>, accessor: u64, tally: &mut Tally) -> Result<Vec<[u8; 3]>, Problem> {
     let values = document.values(accessor, &["VEC3", "VEC4"])?;
     let steps = match values.component {
         Component::U8 => 255.0,
@@ -100,15 +112,15 @@ fn colours(document: &Document<'_>, accessor: u64, tally: &mut Tally) -> Result<
         _ => 0.0,
     };
     if steps == 0.0 || (values.component != Component::F32 && !values.normalised) {
-        return Err(format!(
-            ": accessors[{accessor}] is no list of colours: f32, or normalised u8 or u16, is expected"
-        ));
+        let problem = "it is no list of colours: f32, or normalised u8 or u16, is expected";
+        return Err(Problem::at("componentType", problem).referred(accessor));
     }
     let (mut rounded, mut transparent) = (0, 0);
     let mut colours = Vec::with_capacity(values.len());
     for (vertex, numbers) in values.numbers.chunks_exact(values.width).enumerate() {
-        if !numbers.iter().all(|x| x.is_finite()) {
-            return Err(format!(": the colour {numbers:?} of vertex {vertex} is not finite"));
+        if let Some(at) = numbers.iter().position(|x| !x.is_finite()) {
+            let problem = format!("the colour {numbers:?} of vertex {vertex} is not finite");
+            return Err(Problem::here(problem).with(values.datum(vertex, at)));
         }
         let colour = [numbers[0], numbers[1], numbers[2]].map(srgb);
         rounded += usize::from(colour.iter().zip(numbers).any(|(byte, &x)| !stands_for(*byte, x, steps)));
@@ -139,10 +151,10 @@ fn attribute_of(name: &str, values: Values) -> Attribute {
 }
 
 /// The displacements of a morph target; those of anything but positions are noted.
-fn target_of(document: &Document<'_>, target: &Value, n: usize, tally: &mut Tally) -> Result<Vec<[f64; 3]>, String> {
+fn target_of(document: &Document<'_>, target: &Value, n: usize, tally: &mut Tally) -> Result<Vec<[f64; 3]>, Problem> {
     let mut displacements = None;
     for (key, value) in Object::of(target)?.entries() {
-        let mut part = || -> Result<(), String> {
+        let mut part = || -> Result<(), Problem> {
             let accessor = whole(value)?;
             if key == "POSITION" {
                 displacements = Some(vectors(document, accessor, Some(n), false)?);
@@ -169,12 +181,12 @@ pub(super) fn triangles(
     primitive: Object<'_>,
     n: usize,
     tally: &mut Tally,
-) -> Result<Vec<[u32; 3]>, String> {
+) -> Result<Vec<[u32; 3]>, Problem> {
     let indices = match primitive.whole("indices")? {
         Some(accessor) => indices(document, accessor, n).within(|| "indices".into())?,
         None => {
             document.charge(n as u64)?;
-            (0..u32::try_from(n).map_err(|_| ": more vertices than can be indexed")?).collect()
+            (0..u32::try_from(n).map_err(|_| Problem::here("more vertices than can be indexed"))?).collect()
         }
     };
     let n_indices = indices.len();
@@ -187,7 +199,10 @@ pub(super) fn triangles(
         3 => tally.note(n_indices.saturating_sub(1), "line", "lines"),
         4 => match indices.as_chunks::<3>() {
             (triangles, []) => faces.extend_from_slice(triangles),
-            _ => return Err(format!("indices: {n_indices} corners of triangles; a multiple of three is expected")),
+            _ => {
+                let problem = format!("{n_indices} corners of triangles; a multiple of three is expected");
+                return Err(Problem::at("indices", problem));
+            }
         },
         // Every second triangle of a strip is turned round, so that all have the same side outside.
         5 => faces.extend(indices.windows(3).enumerate().map(|(k, corners)| match k % 2 {
@@ -195,20 +210,24 @@ pub(super) fn triangles(
             _ => [corners[0], corners[2], corners[1]],
         })),
         6 => push_fan(&mut faces, &indices),
-        _ => return Err(format!("mode: {mode} is none; 0 to 6 are")),
+        _ => return Err(Problem::at("mode", format!("{mode} is none; 0 to 6 are"))),
     }
     Ok(faces)
 }
 
-fn indices(document: &Document<'_>, accessor: u64, n: usize) -> Result<Vec<u32>, String> {
+fn indices(document: &Document<'_>, accessor: u64, n: usize) -> Result<Vec<u32>, Problem> {
     let values = document.values(accessor, &["SCALAR"])?;
     if values.normalised || !matches!(values.component, Component::U8 | Component::U16 | Component::U32) {
-        return Err(format!(": accessors[{accessor}] is no list of indices: u8, u16 or u32 is expected"));
+        let problem = "it is no list of indices: u8, u16 or u32 is expected";
+        return Err(Problem::at("componentType", problem).referred(accessor));
     }
     let index = |(position, &number): (usize, &f64)| match number {
         // Every integer of 32 bits is exact.
         _ if number < n as f64 => Ok(number as u32),
-        _ => Err(format!(": accessors[{accessor}], element {position} names vertex {number}, but there are {n}")),
+        _ => {
+            let problem = format!("element {position} names vertex {number}, but there are {n}");
+            Err(Problem::here(problem).with(values.datum(position, 0)).referred(accessor))
+        }
     };
     values.numbers.iter().enumerate().map(index).collect()
 }

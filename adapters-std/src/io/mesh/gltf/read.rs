@@ -11,16 +11,17 @@ use glam::DAffine3;
 use super::super::losses::Losses;
 use super::super::{MeshFile, MorphTarget, NonFinite, ReadOptions, Skin};
 use super::accessor::Document;
-use super::json::{Object, Within};
+use super::json::Object;
 use super::nodes::{Nodes, used};
 use super::placement::Placement;
 use super::primitive::{Vertices, triangles};
+use super::problem::{Problem, Within};
 use super::skin::{ReadSkin, influences, skin};
 use super::tally::Tally;
 use crate::mesh::{Attribute, Mesh};
 
 /// The content of the document.
-pub(super) fn content(document: &Document<'_>, options: &ReadOptions, losses: Losses) -> Result<MeshFile, String> {
+pub(super) fn content(document: &Document<'_>, options: &ReadOptions, losses: Losses) -> Result<MeshFile, Problem> {
     let nodes = Nodes::of(document)?;
     let n_meshes = document.root.list("meshes")?.len();
     let mut joined = Joined { losses, shown: vec![false; n_meshes], ..Joined::default() };
@@ -96,14 +97,14 @@ struct Joined {
 
 impl Joined {
     /// Notes what a node has beside its mesh.
-    fn node(&mut self, node: Object<'_>) -> Result<(), String> {
+    fn node(&mut self, node: Object<'_>) -> Result<(), Problem> {
         let has_mesh = node.value("mesh").is_some();
         self.n_names += usize::from(has_mesh && node.text("name")?.is_some_and(|name| !name.is_empty()));
         self.note_weights(node)
     }
 
     /// Notes weights with which morph targets are shown.
-    fn note_weights(&mut self, object: Object<'_>) -> Result<(), String> {
+    fn note_weights(&mut self, object: Object<'_>) -> Result<(), Problem> {
         let moved = object.list("weights")?.iter().filter(|weight| weight.as_f64() != Some(0.0)).count();
         self.tally.note(
             moved,
@@ -121,7 +122,7 @@ impl Joined {
         placement: &Placement,
         skin: Option<(&ReadSkin, u32)>,
         options: &ReadOptions,
-    ) -> Result<(), String> {
+    ) -> Result<(), Problem> {
         let (_, mesh) = document.listed("meshes", index as u64)?;
         let place = || format!("meshes[{index}]");
         if !std::mem::replace(&mut self.shown[index], true) {
@@ -132,7 +133,7 @@ impl Joined {
         // Where the vertices of each list of attributes begin, and their number.
         let mut known: BTreeMap<String, (usize, usize)> = BTreeMap::new();
         for (number, primitive) in mesh.list("primitives").within(place)?.iter().enumerate() {
-            let mut part = || -> Result<(), String> {
+            let mut part = || -> Result<(), Problem> {
                 // Also a primitive without numbers is work.
                 document.charge(16)?;
                 let primitive = Object::of(primitive)?;
@@ -151,7 +152,8 @@ impl Joined {
                     }
                 };
                 let faces = triangles(document, primitive, n, &mut self.tally)?;
-                let first = u32::try_from(start + n).map_err(|_| ": more vertices than can be indexed")? - n as u32;
+                let beyond = |_| Problem::here("more vertices than can be indexed");
+                let first = u32::try_from(start + n).map_err(beyond)? - n as u32;
                 self.mesh.faces.extend(faces.into_iter().map(|face| {
                     let [a, b, c] = face.map(|vertex| vertex + first);
                     if placement.mirrors() { [a, c, b] } else { [a, b, c] }
@@ -172,13 +174,15 @@ impl Joined {
         names: &[String],
         placement: &Placement,
         options: &ReadOptions,
-    ) -> Result<(), String> {
+    ) -> Result<(), Problem> {
         let (start, n) = (self.mesh.positions.len(), vertices.positions.len());
         for (vertex, position) in vertices.positions.iter().enumerate() {
             let placed = placement.point(*position);
             if options.non_finite == NonFinite::Refuse && !placed.iter().all(|x| x.is_finite()) {
-                let problem = format!("vertex {vertex} is placed at {placed:?}, which is not finite");
-                return Err(format!("attributes.POSITION: {problem}: are the transforms of the nodes right?"));
+                let problem = format!(
+                    "vertex {vertex} is placed at {placed:?}, which is not finite: are the transforms of the nodes right?"
+                );
+                return Err(Problem::at("attributes.POSITION", problem));
             }
             self.mesh.positions.push(placed);
         }
@@ -206,7 +210,7 @@ impl Joined {
         attributes: Vec<Attribute>,
         start: usize,
         n: usize,
-    ) -> Result<(), String> {
+    ) -> Result<(), Problem> {
         let mut new: BTreeMap<String, Attribute> =
             attributes.into_iter().map(|attribute| (attribute.name.clone(), attribute)).collect();
         document.charge(self.attributes.len() as u64)?;
@@ -228,7 +232,7 @@ impl Joined {
         names: &[String],
         placement: &Placement,
         start: usize,
-    ) -> Result<(), String> {
+    ) -> Result<(), Problem> {
         let mut had: BTreeMap<&str, usize> = BTreeMap::new();
         for (number, displacements) in targets.into_iter().enumerate() {
             let name = names.get(number).map(String::as_str).unwrap_or_default();
@@ -250,7 +254,7 @@ impl Joined {
                 let placed = placement.displacement(displacement);
                 if !placed.iter().all(|x| x.is_finite()) {
                     let problem = format!("vertex {vertex} is displaced by {placed:?}, which is not finite");
-                    return Err(format!("targets[{number}].POSITION: {problem}"));
+                    return Err(Problem::at(format!("targets[{number}].POSITION"), problem));
                 }
                 all.push(placed);
             }
@@ -264,7 +268,7 @@ impl Joined {
         primitive: Object<'_>,
         n: usize,
         skin: Option<(&ReadSkin, u32)>,
-    ) -> Result<(), String> {
+    ) -> Result<(), Problem> {
         let start = self.mesh.positions.len() - n;
         let attributes = primitive.object("attributes")?.filter(|attributes| {
             attributes.entries().any(|(key, _)| key.starts_with("JOINTS_") || key.starts_with("WEIGHTS_"))
@@ -294,7 +298,7 @@ impl Joined {
     }
 
     /// The content, with everything that was not kept.
-    fn finished(mut self, document: &Document<'_>) -> Result<MeshFile, String> {
+    fn finished(mut self, document: &Document<'_>) -> Result<MeshFile, Problem> {
         let (n, tally) = (self.mesh.positions.len(), &mut self.tally);
         if self.n_without_normal < n {
             self.mesh.normals.resize(n, [0.0; 3]);
@@ -343,7 +347,7 @@ fn target_names(object: Object<'_>) -> Option<Vec<String>> {
 }
 
 /// Notes what concerns the look and the motion of the scene alone.
-fn note_appearance(root: Object<'_>, tally: &mut Tally) -> Result<(), String> {
+fn note_appearance(root: Object<'_>, tally: &mut Tally) -> Result<(), Problem> {
     for (key, one, several) in [
         ("animations", "animation", "animations"),
         ("cameras", "camera", "cameras"),

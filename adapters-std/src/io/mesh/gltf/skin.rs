@@ -9,10 +9,12 @@
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::super::Joint;
-use super::accessor::{Component, Document};
-use super::json::{Object, Within, index_below};
+use super::accessor::{Document, Values};
+use super::json::{Object, index_below};
 use super::nodes::Nodes;
 use super::placement::Placement;
+use super::problem::{Problem, Within};
+use super::view::Component;
 
 /// Most groups of four joints that move a vertex; programs write one or two.
 pub(super) const MAX_SETS: usize = 64;
@@ -28,12 +30,12 @@ pub(super) struct ReadSkin {
 }
 
 /// The skin `index` of the document.
-pub(super) fn skin(document: &Document<'_>, nodes: &Nodes<'_>, index: u64) -> Result<ReadSkin, String> {
+pub(super) fn skin(document: &Document<'_>, nodes: &Nodes<'_>, index: u64) -> Result<ReadSkin, Problem> {
     let (index, object) = document.listed("skins", index)?;
-    read(document, nodes, object).within(|| format!(": skins[{index}]"))
+    read(document, nodes, object).at_root(|| format!("skins[{index}]"))
 }
 
-fn read(document: &Document<'_>, nodes: &Nodes<'_>, object: Object<'_>) -> Result<ReadSkin, String> {
+fn read(document: &Document<'_>, nodes: &Nodes<'_>, object: Object<'_>) -> Result<ReadSkin, Problem> {
     let n_nodes = nodes.objects.len();
     document.charge(n_nodes as u64).within(|| "joints".into())?;
     let list = object.list("joints")?;
@@ -44,12 +46,12 @@ fn read(document: &Document<'_>, nodes: &Nodes<'_>, object: Object<'_>) -> Resul
         let place = || format!("joints[{position}]");
         let node = index_below(value, n_nodes, "nodes").within(place)?;
         if position_of[node].replace(position).is_some() {
-            return Err(format!("{}: nodes[{node}] is listed a second time", place()));
+            return Err(Problem::at(place(), format!("nodes[{node}] is listed a second time")));
         }
         joint_nodes.push(node);
     }
     if joint_nodes.is_empty() {
-        return Err("joints: there is none; a skin has at least one".into());
+        return Err(Problem::at("joints", "there is none; a skin has at least one"));
     }
     let inverses = inverse_binds(document, object, joint_nodes.len())?;
     let parents = joint_parents(nodes, &position_of, &joint_nodes);
@@ -72,8 +74,8 @@ fn read(document: &Document<'_>, nodes: &Nodes<'_>, object: Object<'_>) -> Resul
         n_posed += usize::from(!agree(world, to_scene(position), bind.translation.length(), 1e-4));
         let frame = placement.frame(bind);
         if !frame.as_flattened().iter().all(|x| x.is_finite()) {
-            let problem = "its matrix has no inverse, or its node is scaled to nothing";
-            return Err(format!("inverseBindMatrices: joint {position}: {problem}"));
+            let problem = format!("the matrix of joint {position} has no inverse, or its node is scaled to nothing");
+            return Err(Problem::at("inverseBindMatrices", problem));
         }
         let name = nodes.objects[joint_nodes[position]].text("name").within(|| format!("joints[{position}]"))?;
         let parent = parents[position].map(|parent| slots[parent]);
@@ -83,18 +85,20 @@ fn read(document: &Document<'_>, nodes: &Nodes<'_>, object: Object<'_>) -> Resul
 }
 
 /// The matrices from the space of the mesh to those of the joints; without them nothing is moved.
-fn inverse_binds(document: &Document<'_>, skin: Object<'_>, n_joints: usize) -> Result<Vec<DAffine3>, String> {
+fn inverse_binds(document: &Document<'_>, skin: Object<'_>, n_joints: usize) -> Result<Vec<DAffine3>, Problem> {
     let Some(accessor) = skin.whole("inverseBindMatrices")? else { return Ok(vec![DAffine3::IDENTITY; n_joints]) };
     let read = || {
         let values = document.values(accessor, &["MAT4"])?;
         if values.component != Component::F32 || values.len() < n_joints {
-            return Err(format!(": {} matrices for {n_joints} joints; as many of f32 are expected", values.len()));
+            let problem = format!("{} matrices for {n_joints} joints; as many of f32 are expected", values.len());
+            return Err(Problem::here(problem));
         }
         let mut matrices = Vec::with_capacity(n_joints);
         for (joint, matrix) in values.elements::<16>().iter().take(n_joints).enumerate() {
             let [x0, x1, x2, x3, y0, y1, y2, y3, z0, z1, z2, z3, t0, t1, t2, t3] = *matrix;
             if [x3, y3, z3, t3] != [0.0, 0.0, 0.0, 1.0] || !matrix.iter().all(|x| x.is_finite()) {
-                return Err(format!(": the matrix of joint {joint} is no affine transform, whose last row is 0 0 0 1"));
+                let problem = format!("the matrix of joint {joint} is no affine transform, whose last row is 0 0 0 1");
+                return Err(Problem::here(problem).with(values.datum(joint, 0)));
             }
             let columns = [[x0, x1, x2], [y0, y1, y2], [z0, z1, z2]].map(DVec3::from);
             let matrix3 = DMat3::from_cols(columns[0], columns[1], columns[2]);
@@ -162,40 +166,41 @@ pub(super) fn influences(
     attributes: Object<'_>,
     n_vertices: usize,
     slots: &[u32],
-) -> Result<(Vec<Influences>, usize), String> {
+) -> Result<(Vec<Influences>, usize), Problem> {
     let mut influences: Vec<Influences> = vec![Vec::new(); n_vertices];
     for set in 0..=MAX_SETS {
         let (joints_key, weights_key) = (format!("JOINTS_{set}"), format!("WEIGHTS_{set}"));
         let (joints, weights) = match (attributes.whole(&joints_key)?, attributes.whole(&weights_key)?) {
             (Some(joints), Some(weights)) => (joints, weights),
             (None, None) => break,
-            (Some(_), None) => return Err(format!("{weights_key}: it is missing beside {joints_key}")),
-            (None, Some(_)) => return Err(format!("{joints_key}: it is missing beside {weights_key}")),
+            (Some(_), None) => return Err(Problem::at(weights_key, format!("it is missing beside {joints_key}"))),
+            (None, Some(_)) => return Err(Problem::at(joints_key, format!("it is missing beside {weights_key}"))),
         };
         if set == MAX_SETS {
-            return Err(format!("{joints_key}: more than {} joints for a vertex", 4 * MAX_SETS));
+            return Err(Problem::at(joints_key, format!("more than {} joints for a vertex", 4 * MAX_SETS)));
         }
-        let four = |key: &str, accessor: u64| -> Result<Vec<[f64; 4]>, String> {
+        let four = |key: &str, accessor: u64| -> Result<Values, Problem> {
             let values = document.values(accessor, &["VEC4"]).within(|| key.to_owned())?;
             if values.len() != n_vertices {
-                return Err(format!("{key}: {} elements for {n_vertices} vertices", values.len()));
+                return Err(Problem::at(key, format!("{} elements for {n_vertices} vertices", values.len())));
             }
-            Ok(values.elements::<4>().to_vec())
+            Ok(values)
         };
         let (joints, weights) = (four(&joints_key, joints)?, four(&weights_key, weights)?);
-        for (vertex, (joints, weights)) in joints.iter().zip(&weights).enumerate() {
-            for (&joint, &weight) in joints.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
-                if !(weight > 0.0 && weight < f64::INFINITY) {
-                    return Err(format!("{weights_key}: the weight {weight} of vertex {vertex}; 0 to 1 is expected"));
-                }
-                let slot =
-                    slots.get(joint as usize).filter(|_| joint >= 0.0 && joint.fract() == 0.0).ok_or_else(|| {
-                        format!("{joints_key}: joint {joint} moves vertex {vertex}, but the skin has {}", slots.len())
-                    })?;
-                match influences[vertex].iter_mut().find(|(known, _)| known == slot) {
-                    Some((_, known)) => *known += weight,
-                    None => influences[vertex].push((*slot, weight)),
-                }
+        let pairs = joints.numbers.iter().zip(&weights.numbers).enumerate().filter(|(_, (_, weight))| **weight != 0.0);
+        for (number, (&joint, &weight)) in pairs {
+            let (vertex, at) = (number / 4, number % 4);
+            if !(weight > 0.0 && weight < f64::INFINITY) {
+                let problem = format!("the weight {weight} of vertex {vertex}; 0 to 1 is expected");
+                return Err(Problem::at(weights_key, problem).with(weights.datum(vertex, at)));
+            }
+            let Some(slot) = slots.get(joint as usize).filter(|_| joint >= 0.0 && joint.fract() == 0.0) else {
+                let problem = format!("joint {joint} moves vertex {vertex}, but the skin has {}", slots.len());
+                return Err(Problem::at(joints_key, problem).with(joints.datum(vertex, at)));
+            };
+            match influences[vertex].iter_mut().find(|(known, _)| known == slot) {
+                Some((_, known)) => *known += weight,
+                None => influences[vertex].push((*slot, weight)),
             }
         }
     }

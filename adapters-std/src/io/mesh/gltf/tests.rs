@@ -163,10 +163,10 @@ fn strips_and_fans_become_triangles() {
 }
 
 #[test]
-fn errors_name_the_path_in_the_document() {
+fn errors_name_the_path_in_the_document_and_where_it_stands() {
     type Spoil = fn(&mut Value);
     let spoilt: [(Spoil, &str); 12] = [
-        (|root| root["asset"]["version"] = json!("1.0"), "t.glb: asset.version: \"1.0\"; 2.0 is read"),
+        (|root| root["asset"]["version"] = json!("1.0"), "asset.version: \"1.0\"; 2.0 is read"),
         (|root| root["asset"] = Value::Null, "asset: it is missing"),
         (
             |root| root["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
@@ -184,12 +184,87 @@ fn errors_name_the_path_in_the_document() {
     ];
     for (spoil, message) in spoilt {
         let error = error(&triangle(spoil));
-        assert!(error.contains(message), "{message}: {error}");
+        assert!(error.contains(message) && error.starts_with("t.glb, line 1, column "), "{message}: {error}");
     }
-    assert!(error(b"{\n\"asset\": [1,}").contains("line 2: the JSON of the document is wrong"));
+    assert!(
+        error(b"{\n\"asset\": [1,}").contains("line 2, column 13: the JSON of the document is wrong: expected value")
+    );
+    for bytes in [&b"glTG\x02\0\0\0"[..], b"", b"\xFF\xFE{\0", b"[1]"] {
+        assert!(
+            error(bytes).contains("byte 0: the file neither begins with \"glTF\", as a GLB file does, nor is it JSON")
+        );
+    }
     let mut glb = written(&rich())[0].bytes.clone();
     glb[20] = b'?';
     assert!(error(&glb).contains("byte 20: the JSON of the document is wrong"), "{}", error(&glb));
+}
+
+#[test]
+fn a_value_of_the_document_is_at_its_line_and_column() {
+    let text = "\u{feff}{\n  \"asset\": {\n    \"version\": \"1.0\" }\n}";
+    assert!(
+        error(text.as_bytes()).starts_with("t.glb, line 3, column 16: asset.version: \"1.0\""),
+        "{}",
+        error(text.as_bytes())
+    );
+    let empty = b"{\"asset\": {\"version\": \"2.0\"},\n \"meshes\": []}";
+    assert!(error(empty).starts_with("t.glb, line 2, column 12: there is no vertex"), "{}", error(empty));
+}
+
+/// The byte at which these bytes begin in others.
+fn found(bytes: &[u8], wanted: &[u8]) -> usize {
+    bytes.windows(wanted.len()).position(|window| window == wanted).expect("they are there")
+}
+
+#[test]
+fn a_value_of_a_binary_file_is_at_its_byte() {
+    let sound = written(&rich())[0].bytes.clone();
+    let (key, wrong) = (&b"\"componentType\":5126"[..], &b"\"componentType\":5999"[..]);
+    let at = found(&sound, key);
+    let mut bytes = sound.clone();
+    bytes[at..at + key.len()].copy_from_slice(wrong);
+    let place = format!("byte {}: ", at + "\"componentType\":".len());
+    assert!(error(&bytes).contains(&place) && error(&bytes).contains("componentType: 5999"), "{}", error(&bytes));
+}
+
+#[test]
+fn a_number_of_a_buffer_is_at_its_byte() {
+    let sound = written(&rich())[0].bytes.clone();
+    let spoilt = |at: usize, other: &[u8]| {
+        let mut bytes = sound.clone();
+        bytes[at..at + other.len()].copy_from_slice(other);
+        error(&bytes)
+    };
+    let y = found(&sound, &[100.0f32, 200.0, 0.0].map(f32::to_le_bytes).concat()) + 4;
+    let message = spoilt(y, &f32::NAN.to_le_bytes());
+    assert!(message.contains(&format!("byte {y}: ")) && message.contains("of vertex 2 is not finite"), "{message}");
+    let indices = [
+        [0u8, 1, 2, 0, 2, 3].to_vec(),
+        [0u16, 1, 2, 0, 2, 3].map(u16::to_le_bytes).concat(),
+        [0u32, 1, 2, 0, 2, 3].map(u32::to_le_bytes).concat(),
+    ];
+    let width = [1, 2, 4]
+        .into_iter()
+        .zip(&indices)
+        .find(|(_, list)| sound.windows(list.len()).any(|window| window == &list[..]));
+    let (size, list) = width.expect("the indices are there");
+    let at = found(&sound, list) + 4 * size;
+    let message = spoilt(at, &[9]);
+    assert!(message.contains(&format!("byte {at}: ")) && message.contains("element 4 names vertex 9"), "{message}");
+    // In a document of text the number has a byte of its buffer, and its accessor or attribute a line.
+    let text = triangle(|root| {
+        let mut numbers = [0u8; 40];
+        numbers[37..39].copy_from_slice(&[1, 9]);
+        let uri = base64::engine::general_purpose::STANDARD.encode(numbers);
+        root["buffers"][0]["uri"] = json!(format!("data:application/octet-stream;base64,{uri}"));
+    });
+    let message = error(&text);
+    let column = 1 + found(&text, b"{\"bufferView\":1");
+    assert!(message.starts_with(&format!("t.glb, line 1, column {column}: ")), "{message}");
+    assert!(
+        message.ends_with("accessors[1]: element 2 names vertex 9, but there are 3 (byte 38 of buffers[0])"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -15,7 +15,7 @@ use self::records::Records;
 use super::losses::Losses;
 use super::{Formatted, MeshFile, ReadOptions, WriteOptions};
 use crate::Error;
-use crate::io::text::{numbered_lines, push_real, push_vector, without_byte_order_mark};
+use crate::io::text::{check_is_text, numbered_lines, push_real, push_vector, without_byte_order_mark};
 
 /// The content of the bytes of an OBJ file; `path` is for the messages.
 ///
@@ -25,8 +25,10 @@ use crate::io::text::{numbered_lines, push_real, push_vector, without_byte_order
 /// # Errors
 /// [`Error::Malformed`] with the line.
 pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFile, Error> {
+    check_is_text(bytes, path)?;
     let mut records = Records::new(path, options);
-    let mut lines = numbered_lines(without_byte_order_mark(bytes));
+    let mut last = 1;
+    let mut lines = numbered_lines(without_byte_order_mark(bytes)).inspect(|(line, _)| last = *line);
     let mut joined = Vec::new();
     while let Some((line, text)) = lines.next() {
         if !is_continued(text) {
@@ -43,7 +45,7 @@ pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFil
         joined.extend_from_slice(text);
         records.take(&joined, line)?;
     }
-    records.into_file()
+    records.into_file(last)
 }
 
 /// Whether the next line belongs to this one. A comment is never continued: it may end in the backslash of a path.

@@ -141,9 +141,10 @@ impl<'a> Records<'a> {
         })
     }
 
-    pub(super) fn into_file(mut self) -> Result<MeshFile, Error> {
+    /// The content; `last` is the last line of the file.
+    pub(super) fn into_file(mut self, last: usize) -> Result<MeshFile, Error> {
         let n_vertices = self.mesh.positions.len();
-        check_n_vertices(n_vertices, self.path)?;
+        check_n_vertices(n_vertices, self.path, || Place::Line(last))?;
         self.vertex_range.check(n_vertices, "vertex", 1, self.path)?;
         self.normal_range.check(self.normals.normals.len(), "normal", 1, self.path)?;
         let mut losses = Losses::default();

@@ -85,7 +85,10 @@ fn colours_run_to_one_or_to_255() {
 #[test]
 fn errors_name_the_line_and_the_remedy() {
     for (text, message) in [
-        ("", "t.obj: there is no vertex"),
+        ("", "t.obj, line 1: there is no vertex"),
+        ("# c\nf 1 2 3", "t.obj, line 2: there is no vertex"),
+        ("v 0 0 0\n\0", "t.obj, byte 8: a zero byte, which text does not have: the file is binary"),
+        ("\u{feff}v\0", "t.obj, byte 4: a zero byte"),
         ("v 0 0 nan", "line 1: the vertex has \"nan\" where a finite number"),
         ("v 0 0", "line 1: the vertex ends before its z"),
         ("v 0 0 0 0 0", "line 1: a vertex of 5 numbers"),
@@ -102,6 +105,13 @@ fn errors_name_the_line_and_the_remedy() {
     ] {
         assert!(error(text).contains(message), "{text:?}: {}", error(text));
     }
+}
+
+#[test]
+fn utf_16_is_told() {
+    let text: Vec<u8> = "\u{feff}v 0 0 0\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let error = parse(&text, Path::new("t.obj"), &ReadOptions::default()).expect_err("must be refused");
+    assert_eq!(error.to_string(), "t.obj, byte 0: the text is UTF-16: save it as UTF-8");
 }
 
 #[test]

@@ -12,10 +12,17 @@ pub(super) struct Fields {
     pub texture: bool,
 }
 
-/// The fields, the number of vertices and the number of faces.
-pub(super) fn header<'a>(
-    lines: &mut Lines<'a, impl Iterator<Item = (usize, &'a [u8])>>,
-) -> Result<(Fields, usize, usize), Error> {
+/// What the header says.
+pub(super) struct Header {
+    pub fields: Fields,
+    pub n_vertices: usize,
+    pub n_faces: usize,
+    /// The line of the numbers.
+    pub line: usize,
+}
+
+/// Reads the header.
+pub(super) fn header<'a>(lines: &mut Lines<'a, impl Iterator<Item = (usize, &'a [u8])>>) -> Result<Header, Error> {
     let path = lines.path;
     let (mut line, text) = lines.wanted(|| "its keyword OFF".into())?;
     let malformed = |line, problem: String| Error::malformed(path, Place::Line(line), problem);
@@ -48,7 +55,7 @@ pub(super) fn header<'a>(
     }
     let mut numbers = words(counts).map(integer::<usize>);
     match (numbers.next(), numbers.next()) {
-        (Some(Some(n_vertices)), Some(Some(n_faces))) => Ok((fields, n_vertices, n_faces)),
+        (Some(Some(n_vertices)), Some(Some(n_faces))) => Ok(Header { fields, n_vertices, n_faces, line }),
         _ => {
             let problem = format!("{:?} where the counts of vertices, faces and edges are expected", shown(counts));
             Err(malformed(line, problem))

@@ -10,12 +10,13 @@ mod header;
 use std::io::Write;
 use std::path::Path;
 
-use self::header::{Fields, header};
+use self::header::{Fields, Header, header};
 use super::coordinates::{Coordinates, WrittenColours};
 use super::losses::Losses;
 use super::{Formatted, MeshFile, ReadOptions, WriteOptions, check_n_vertices, push_fan};
 use crate::io::text::{
-    Words, integer, numbered_lines, push_vector, real, shown, without_byte_order_mark, without_comment, words,
+    Words, check_is_text, integer, numbered_lines, push_vector, real, shown, without_byte_order_mark, without_comment,
+    words,
 };
 use crate::mesh::Mesh;
 use crate::{Error, Place};
@@ -25,9 +26,10 @@ use crate::{Error, Place};
 /// # Errors
 /// [`Error::Malformed`] with the line.
 pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFile, Error> {
+    check_is_text(bytes, path)?;
     let mut lines = Lines { lines: numbered_lines(without_byte_order_mark(bytes)), path, last: 1 };
-    let (fields, n_vertices, n_faces) = header(&mut lines)?;
-    check_n_vertices(n_vertices, path)?;
+    let Header { fields, n_vertices, n_faces, line } = header(&mut lines)?;
+    check_n_vertices(n_vertices, path, || Place::Line(line))?;
     let mut vertices = Vertices::new(path, options, fields);
     // Whatever the header claims, each vertex takes six bytes and each face at least two.
     vertices.mesh.positions.reserve(n_vertices.min(bytes.len() / 6));

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use crate::io::text::{integer, shown, without_byte_order_mark, words};
+use crate::io::text::{begins_as_utf_16, check_is_text, integer, shown, without_byte_order_mark, words};
 use crate::mesh::Scalar;
 use crate::{Error, Place};
 
@@ -47,7 +47,17 @@ pub(super) struct Property {
 pub(super) struct Element {
     pub name: Vec<u8>,
     pub count: u64,
+    /// The line that announces them.
+    pub line: usize,
     pub properties: Vec<Property>,
+}
+
+impl Header {
+    /// The line that says how many vertices there are; the last line when none does.
+    pub(super) fn line_of_vertices(&self) -> usize {
+        let vertices = self.elements.iter().find(|element| element.name == b"vertex");
+        vertices.map_or(self.body_line - 1, |element| element.line)
+    }
 }
 
 impl Element {
@@ -77,6 +87,9 @@ pub(super) struct Header {
 /// Reads the header at the beginning of `bytes`.
 pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
     let malformed = |line, problem: String| Error::malformed(path, Place::Line(line), problem);
+    if begins_as_utf_16(bytes) {
+        check_is_text(bytes, path)?;
+    }
     let start = bytes.len() - without_byte_order_mark(bytes).len();
     let mut lines = Lines::new(bytes, start);
     if lines.next().map(<[u8]>::trim_ascii) != Some(b"ply") {
@@ -109,7 +122,7 @@ pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
                 if elements.len() == MOST_NAMES {
                     return Err(malformed(line, format!("more than {MOST_NAMES} elements")));
                 }
-                elements.push(Element { name: name.to_vec(), count, properties: Vec::new() });
+                elements.push(Element { name: name.to_vec(), count, line, properties: Vec::new() });
             }
             [b"property", ref rest @ ..] => {
                 let property = property(rest).map_err(|problem| malformed(line, problem))?;

@@ -12,16 +12,16 @@ mod write;
 
 use std::path::Path;
 
-use self::header::{Element, Property};
+use self::header::{Element, Encoding, Property};
 use self::values::Values;
 use self::vertices::vertices;
 pub use self::write::format;
 use super::losses::Losses;
 use super::range::IndexRange;
 use super::{MeshFile, ReadOptions, check_n_vertices, push_fan};
-use crate::Error;
-use crate::io::text::shown;
+use crate::io::text::{check_is_text, shown};
 use crate::mesh::Mesh;
+use crate::{Error, Place};
 
 /// The content of the bytes of a PLY file; `path` is for the messages.
 ///
@@ -29,6 +29,9 @@ use crate::mesh::Mesh;
 /// [`Error::Malformed`] with the line of a text, the byte of a binary file.
 pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFile, Error> {
     let header = header::header(bytes, path)?;
+    if header.encoding == Encoding::Text {
+        check_is_text(bytes, path)?;
+    }
     let mut values = Values::new(bytes, &header, path, options);
     let mut mesh = Mesh::default();
     let mut range = IndexRange::default();
@@ -56,7 +59,7 @@ pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFil
     }
     losses.note(header.n_textures, "texture file", "texture files");
     values.check_end()?;
-    check_n_vertices(mesh.positions.len(), path)?;
+    check_n_vertices(mesh.positions.len(), path, || Place::Line(header.line_of_vertices()))?;
     range.check(mesh.positions.len(), "vertex", 0, path)?;
     Ok(MeshFile { left_out: losses.into_clauses(), ..mesh.into() })
 }

@@ -203,8 +203,14 @@ fn errors_name_the_place_and_the_remedy() {
         (small("0 0 0 0 0 0", "3 0 99999999999 0"), "a face names vertex 99999999999"),
         (small("0 0 0 0 0 0", "4 0 0 0"), "the file ends before the vertex of a face"),
         (small("0 0 0 0 0 0", "3 0 0 0 7"), "bytes follow the last element"),
-        (b"ply\nformat ascii 1.0\nend_header\n".to_vec(), "there is no vertex"),
-        (b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n".to_vec(), "no property \"y\""),
+        (b"ply\nformat ascii 1.0\nend_header\n".to_vec(), "t.ply, line 3: there is no vertex"),
+        (b"ply\nformat ascii 1.0\nelement vertex 0\nend_header\n".to_vec(), "line 3: there is no vertex"),
+        (small("0 0 \0 0 0 0", "3 0 0 0"), "a zero byte, which text does not have"),
+        (b"\xFF\xFEp\0l\0y\0".to_vec(), "t.ply, byte 0: the text is UTF-16"),
+        (
+            b"ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1\n".to_vec(),
+            "line 3: the vertices have no property \"y\"",
+        ),
         (
             b"ply\nformat ascii 1.0\nelement face 1\nproperty int a\nend_header\n1\n".to_vec(),
             "no list \"vertex_indices\"",

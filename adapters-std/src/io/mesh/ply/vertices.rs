@@ -24,7 +24,7 @@ pub(super) fn vertices(
     let has = |field: usize| roles.contains(&Role::Field(field));
     if let Some(missing) = (0..3).find(|&axis| !has(axis)) {
         let problem = format!("the vertices have no property \"{}\"", FIELDS[missing][0]);
-        return Err(Error::malformed(path, Place::Whole, problem));
+        return Err(Error::malformed(path, Place::Line(element.line), problem));
     }
     let (normals, colours) = (has(3), has(6));
     // The room for this many records has been checked by the caller.

@@ -14,8 +14,8 @@ use std::path::Path;
 use self::corners::Corners;
 use super::losses::Losses;
 use super::{MeshFile, ReadOptions, check_n_vertices};
-use crate::Error;
-use crate::io::text::{without_byte_order_mark, words};
+use crate::io::text::{begins_as_utf_16, check_is_text, without_byte_order_mark, words};
+use crate::{Error, Place};
 
 pub use self::write::format;
 
@@ -31,22 +31,25 @@ const RECORD: usize = 50;
 pub fn parse(bytes: &[u8], path: &Path, options: &ReadOptions) -> Result<MeshFile, Error> {
     let mut losses = Losses::default();
     let mut corners = Corners::default();
-    if is_text(bytes) {
-        text::read(without_byte_order_mark(bytes), path, options, &mut corners, &mut losses)?;
+    let end = if is_text(bytes) {
+        check_is_text(bytes, path)?;
+        Place::Line(text::read(without_byte_order_mark(bytes), path, options, &mut corners, &mut losses)?)
     } else {
         binary::read(bytes, path, options, &mut corners, &mut losses)?;
-    }
+        Place::Byte(HEADER as u64)
+    };
     let mesh = corners.into_mesh(&mut losses);
-    check_n_vertices(mesh.positions.len(), path)?;
+    check_n_vertices(mesh.positions.len(), path, || end)?;
     Ok(MeshFile { left_out: losses.into_clauses(), ..mesh.into() })
 }
 
-/// Whether the file is text: it begins with "solid" and is not as long as a binary file of its number of triangles.
+/// Whether the file is text: it begins with "solid", or as UTF-16 does, which is then refused, and is not as long as a
+/// binary file of its number of triangles.
 fn is_text(bytes: &[u8]) -> bool {
     let announced = binary::announced(bytes).map(|n| (HEADER + 4) as u64 + n * RECORD as u64);
     let begins = without_byte_order_mark(&bytes[..bytes.len().min(HEADER)]);
-    words(begins).next().is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
-        && announced != Some(bytes.len() as u64)
+    let is_solid = words(begins).next().is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    (is_solid || begins_as_utf_16(bytes)) && announced != Some(bytes.len() as u64)
 }
 
 #[cfg(test)]

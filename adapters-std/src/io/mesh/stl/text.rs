@@ -19,14 +19,14 @@ enum Within {
     Loop,
 }
 
-/// Reads the triangles of all solids.
+/// Reads the triangles of all solids; returns the last line.
 pub(super) fn read(
     bytes: &[u8],
     path: &Path,
     options: &ReadOptions,
     corners: &mut Corners,
     losses: &mut Losses,
-) -> Result<(), Error> {
+) -> Result<usize, Error> {
     let coordinates = Coordinates::new(path, options);
     let (mut within, mut last) = (Within::File, 1);
     let (mut n_solids, mut n_divided) = (0, 0);
@@ -90,7 +90,7 @@ pub(super) fn read(
     if n_solids > 1 {
         losses.say(format!("the division into {n_solids} solids (joined)"));
     }
-    Ok(())
+    Ok(last)
 }
 
 /// The normal behind `facet`; numbers that are none make it unknown, as some programs write for flat triangles.
