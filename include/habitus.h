@@ -204,6 +204,10 @@ enum hab_section_id {
      * Where the model comes from: text.
      */
     HAB_SECTION_PROVENANCE = 16,
+    /**
+     * What the model misses of shapes it was not trained on: principal components of its residuals, one standard deviation each, mm: components, vertices, 3.
+     */
+    HAB_SECTION_REMAINDER = 17,
 };
 
 /**

@@ -80,6 +80,7 @@ pub fn model_file(header: &Header, seed: u32) -> Vec<u8> {
         (SectionId::IdentitySpectrum, vec![3], spectrum.clone()),
         (SectionId::PoseSpectrum, vec![3], spectrum),
         (SectionId::Provenance, vec![4], b"test".to_vec()),
+        (SectionId::Remainder, vec![2, n, 3], bytes_of(&Stream::new(11).take(6 * n as usize))),
     ];
     let sources: Vec<SectionSource<'_>> = parts
         .iter()

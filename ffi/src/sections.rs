@@ -46,6 +46,8 @@ pub enum hab_section_id {
     HAB_SECTION_POSE_SPECTRUM = 15,
     /// Where the model comes from: text.
     HAB_SECTION_PROVENANCE = 16,
+    /// What the model misses of shapes it was not trained on: principal components of its residuals, one standard deviation each, mm: components, vertices, 3.
+    HAB_SECTION_REMAINDER = 17,
 }
 
 /// Type of a section's elements, little-endian in the file.

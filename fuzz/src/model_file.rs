@@ -3,7 +3,7 @@
 //! Bytes that begin as a model file does are opened as they are, and once more with length and checksums repaired, so that the
 //! checks behind the checksums are reached. Other bytes are a list of changes of a sound file.
 
-use habitus_core::format::limits::MAX_WEIGHT;
+use habitus_core::format::limits::{MAX_COEFFICIENT, MAX_WEIGHT};
 use habitus_core::format::{Checksums, Mode, Model, SectionId, SectionSource, write, written_len};
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::{Prepared, prepared_req};
@@ -137,6 +137,10 @@ fn check_statistics(model: &Model<'_>) {
     if let Some(starts) = model.pose_starts() {
         assert!(starts.len().is_multiple_of(header.pose_dim as usize));
         assert!(starts.iter().all(|start| start.abs() <= MAX_WEIGHT));
+    }
+    if let Some(remainder) = model.remainder() {
+        assert!(remainder.len().is_multiple_of(3 * header.n_vertices as usize));
+        assert!(remainder.iter().all(|number| number.abs() <= MAX_COEFFICIENT));
     }
 }
 

@@ -17,8 +17,8 @@ const CLEAN: [usize; 10] = [0, 1, 2, 3, 4, 5, 6, 7, 10, 11];
 fn shared_scans_are_fitted() {
     let Some(dir) = habitus_tests::data::dir_or_skip("shared_scans_are_fitted") else { return };
     let shared = Shared::read(&dir);
-    // Size, projection of the truth, what was reached (mean over the clean scans, mm). The aims are 1.45 and 1.15; neither is met yet.
-    for (size, best, bar) in [((20, 10), 1.04, 1.60), ((59, 10), 0.64, 1.17)] {
+    // Size, projection of the truth, the most that is accepted (mean over the clean scans, mm).
+    for (size, best, bar) in [((20, 10), 1.04, 1.45), ((59, 10), 0.64, 1.15)] {
         let bytes = shared.model(size);
         let model = habitus_core::format::Model::open(&bytes).expect("a model");
         let mut scores: Vec<Score> = Vec::new();
@@ -37,8 +37,12 @@ fn shared_scans_are_fitted() {
             );
             scores.push(score);
         }
-        let mean = print_table(&format!("{size:?}"), &scores, best);
+        let (mean, median) = print_table(&format!("{size:?}"), &scores, best);
         assert!(mean <= bar, "clean mean {mean} mm at {size:?}, at most {bar}");
+        for k in [8, 9] {
+            let ratio = scores[k].mean / median;
+            assert!(ratio <= 1.25, "scan {k:02} at {size:?}: {ratio} of the clean median, at most 1.25");
+        }
     }
 }
 
@@ -54,57 +58,59 @@ fn motion(p: [f64; 3], scale: f64) -> [f64; 3] {
 fn fits_stand_disturbed_landmarks_and_moved_scans() {
     let Some(dir) = habitus_tests::data::dir_or_skip("fits_stand_disturbed_landmarks_and_moved_scans") else { return };
     let shared = Shared::read(&dir);
-    let bytes = shared.model((59, 10));
-    let model = habitus_core::format::Model::open(&bytes).expect("a model");
-    let mut random = Random::new(7);
-    let cases = [
-        "as given",
-        "landmarks disturbed by 5 mm",
-        "5 of 13 missing",
-        "turned and moved by 10 m",
-        "in metres",
-        "declared metres",
-    ];
-    let mut means = Vec::new();
-    for case in cases {
-        let mut sum = 0.0;
-        for k in CLEAN {
-            let mut scan = shared.scans[k].clone();
-            let mut landmarks = shared.landmarks(k);
-            let mut options = ScanFitOptions::default();
-            match case {
-                "landmarks disturbed by 5 mm" => landmarks.iter_mut().flatten().for_each(|p| {
-                    let direction: [f64; 3] = std::array::from_fn(|_| random.normal());
-                    let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
-                    *p = std::array::from_fn(|axis| p[axis] + 5.0 * direction[axis] / length);
-                }),
-                "5 of 13 missing" => {
-                    for step in 0..5 {
-                        landmarks[(k + 5 * step) % 13] = None;
+    for size in [(20, 10), (59, 10)] {
+        let bytes = shared.model(size);
+        let model = habitus_core::format::Model::open(&bytes).expect("a model");
+        let mut random = Random::new(7);
+        let cases = [
+            "as given",
+            "landmarks disturbed by 5 mm",
+            "5 of 13 missing",
+            "turned and moved by 10 m",
+            "in metres",
+            "declared metres",
+        ];
+        let mut means = Vec::new();
+        for case in cases {
+            let mut sum = 0.0;
+            for k in CLEAN {
+                let mut scan = shared.scans[k].clone();
+                let mut landmarks = shared.landmarks(k);
+                let mut options = ScanFitOptions::default();
+                match case {
+                    "landmarks disturbed by 5 mm" => landmarks.iter_mut().flatten().for_each(|p| {
+                        let direction: [f64; 3] = std::array::from_fn(|_| random.normal());
+                        let length = direction.iter().map(|x| x * x).sum::<f64>().sqrt();
+                        *p = std::array::from_fn(|axis| p[axis] + 5.0 * direction[axis] / length);
+                    }),
+                    "5 of 13 missing" => {
+                        for step in 0..5 {
+                            landmarks[(k + 5 * step) % 13] = None;
+                        }
                     }
+                    _ => {}
                 }
-                _ => {}
+                let moved = case.starts_with("turned");
+                let scale = if case.ends_with("metres") { 0.001 } else { 1.0 };
+                if moved || scale != 1.0 {
+                    let place = |p: [f64; 3]| if moved { motion(p, scale) } else { p.map(|x| x * scale) };
+                    scan.positions.iter_mut().for_each(|p| *p = place(*p));
+                    landmarks.iter_mut().flatten().for_each(|p| *p = place(*p));
+                }
+                if case == "declared metres" {
+                    options.unit = Some(Unit::Metre);
+                }
+                let fit = fit_scan(&model, &scan, &landmarks, &options).expect("a fit");
+                let back = |p: &[f64; 3]| if moved { motion(*p, 1.0) } else { p.map(|x| x / scale) };
+                let vertices: Vec<[f64; 3]> = fit.vertices.iter().map(back).collect();
+                sum += shared.score(k, &vertices).mean;
             }
-            let moved = case.starts_with("turned");
-            let scale = if case.ends_with("metres") { 0.001 } else { 1.0 };
-            if moved || scale != 1.0 {
-                let place = |p: [f64; 3]| if moved { motion(p, scale) } else { p.map(|x| x * scale) };
-                scan.positions.iter_mut().for_each(|p| *p = place(*p));
-                landmarks.iter_mut().flatten().for_each(|p| *p = place(*p));
-            }
-            if case == "declared metres" {
-                options.unit = Some(Unit::Metre);
-            }
-            let fit = fit_scan(&model, &scan, &landmarks, &options).expect("a fit");
-            let back = |p: &[f64; 3]| if moved { motion(*p, 1.0) } else { p.map(|x| x / scale) };
-            let vertices: Vec<[f64; 3]> = fit.vertices.iter().map(back).collect();
-            sum += shared.score(k, &vertices).mean;
+            means.push(sum / CLEAN.len() as f64);
+            println!("{size:?}, {case}: clean mean {:.3} mm", sum / CLEAN.len() as f64);
         }
-        means.push(sum / CLEAN.len() as f64);
-        println!("{case}: clean mean {:.3} mm", sum / CLEAN.len() as f64);
+        assert!(means[1] < 1.1 * means[0] && means[2] < 1.1 * means[0], "{means:?}");
+        assert!(means[3..].iter().all(|mean| (mean - means[0]).abs() < 0.05 * means[0]), "{means:?}");
     }
-    assert!(means[1] < 1.25 * means[0] && means[2] < 1.1 * means[0], "{means:?}");
-    assert!(means[3..].iter().all(|mean| (mean - means[0]).abs() < 0.05 * means[0]), "{means:?}");
 }
 
 /// What is no face is refused, with the reason.

@@ -13,6 +13,7 @@ pub mod multilinear;
 mod packed;
 pub mod projection;
 pub(crate) mod reduced;
+pub mod remainder;
 pub(crate) mod subset_model;
 pub mod tensor;
 pub mod training_data;

@@ -160,6 +160,12 @@ impl<'a> Model<'a> {
         })
     }
 
+    /// What the model misses of shapes it has not learned from: principal components of its residuals, `3 n_vertices` numbers each, one
+    /// standard deviation long, mm.
+    pub fn remainder(&self) -> Option<Floats<'a>> {
+        self.floats(SectionId::Remainder)
+    }
+
     /// Where the model comes from.
     pub fn provenance(&self) -> Option<&'a str> {
         self.provenance_lines().map(|lines| lines.text())
@@ -231,6 +237,7 @@ impl<'a> Model<'a> {
             SectionId::Coefficients => {
                 (first as usize, second as usize, third, fourth) == (header.n_blocks(), header.n_terms(), 3, 16)
             }
+            SectionId::Remainder => second == header.n_vertices && third == 3 && first <= limits::MAX_ROWS,
             SectionId::Faces => second == 3 && first <= limits::MAX_FACES,
             SectionId::Landmarks => first <= limits::MAX_LANDMARKS,
             SectionId::Mirror => first == header.n_vertices,
@@ -249,6 +256,7 @@ impl<'a> Model<'a> {
         let (floats, indices) = (Floats::new(section.bytes), Indices::new(section.bytes));
         let found = match id {
             SectionId::Coefficients => first_beyond(section.bytes),
+            SectionId::Remainder => floats.iter().position(|value| !(value.abs() <= limits::MAX_COEFFICIENT)),
             SectionId::Faces | SectionId::Landmarks => indices.iter().position(|vertex| vertex >= header.n_vertices),
             SectionId::Mirror => indices.iter().enumerate().position(|(vertex, other)| {
                 indices.get(other as usize).and_then(|back| usize::try_from(back).ok()) != Some(vertex)

@@ -33,11 +33,12 @@ pub enum SectionId {
     IdentitySpectrum = 14,
     PoseSpectrum = 15,
     Provenance = 16,
+    Remainder = 17,
 }
 
 impl SectionId {
     /// All of them.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Coefficients,
         Self::Faces,
         Self::Landmarks,
@@ -54,12 +55,14 @@ impl SectionId {
         Self::IdentitySpectrum,
         Self::PoseSpectrum,
         Self::Provenance,
+        Self::Remainder,
     ];
 
     /// Element type and rank that the specification gives the section.
     pub const fn form(self) -> (ElementType, usize) {
         match self {
             Self::Coefficients => (ElementType::F32, 4),
+            Self::Remainder => (ElementType::F32, 3),
             Self::Faces => (ElementType::U32, 2),
             Self::Landmarks | Self::Mirror => (ElementType::U32, 1),
             Self::IdentityPrecision | Self::PosePrecision | Self::PoseStarts => (ElementType::F32, 2),
@@ -70,7 +73,7 @@ impl SectionId {
 
     /// A reader that does not know the section may ignore it.
     pub const fn may_ignore(self) -> bool {
-        matches!(self, Self::IdentitySpectrum | Self::PoseSpectrum | Self::Provenance)
+        matches!(self, Self::IdentitySpectrum | Self::PoseSpectrum | Self::Provenance | Self::Remainder)
     }
 
     /// The known section with this number.

@@ -64,6 +64,7 @@ fn everything_that_was_written_is_read() {
     assert_eq!(model.pose_names().unwrap().get(1), Some("other"));
     assert_eq!(model.spectrum(Mode::Identity).unwrap().get(0), Some(5.0));
     assert_eq!(model.provenance(), Some("test"));
+    assert_eq!(model.remainder().unwrap().len(), 2 * 18 * 3);
 }
 
 #[test]

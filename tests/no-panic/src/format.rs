@@ -42,7 +42,9 @@ fn contents(model: &Model<'_>, index: usize) -> i32 {
         }
         total += model.spectrum(mode).map_or(0.0, |floats| floats.iter().sum());
     }
-    total += model.pose_starts().map_or(0.0, |floats| floats.iter().sum());
+    for floats in [model.pose_starts(), model.remainder()].into_iter().flatten() {
+        total += floats.iter().sum::<f32>();
+    }
     (sum as i32).wrapping_add(total as i32)
 }
 

@@ -116,6 +116,8 @@ fn sections(source: &ModelSource<'_>, header: &Header) -> Result<Vec<Section>, E
     add(SectionId::PoseSpectrum, &[source.pose_spectrum.len()], spectrum(&source.pose_spectrum)?)?;
     let provenance = source.provenance.clone().into_bytes();
     add(SectionId::Provenance, &[provenance.len()], provenance)?;
+    let n = header.n_vertices as usize;
+    add(SectionId::Remainder, &[source.remainder.len() / (3 * n).max(1), n, 3], floats(&source.remainder)?)?;
     Ok(sections)
 }
 

@@ -61,7 +61,7 @@ pub fn plain_terms(model: &Model<'_>) -> Result<PlainTerms, Error> {
 }
 
 /// Writes everything of a model to `path` as an NPZ archive: `mean`, `core` `[identity, expression, vertex, 3]`, linear terms, `faces`,
-/// `landmarks`, `mirror`, priors, starts, spectra; texts as UTF-8 bytes are left out (`habitus info --json` prints them).
+/// `landmarks`, `mirror`, priors, starts, spectra, `remainder`; texts as UTF-8 bytes are left out (`habitus info --json` prints them).
 pub fn write(model: &Model<'_>, path: &Path) -> Result<(), Error> {
     let header = *model.header();
     let (n, identity, pose) = (header.n_vertices as usize, header.identity_dim as usize, header.pose_dim as usize);
@@ -99,6 +99,10 @@ pub fn write(model: &Model<'_>, path: &Path) -> Result<(), Error> {
     }
     if !starts.is_empty() {
         npz.add("expression_starts", &[starts.len() / pose, pose], &starts[..])?;
+    }
+    let remainder = floats(model.remainder());
+    if !remainder.is_empty() {
+        npz.add("remainder", &[remainder.len() / (3 * n), n, 3], &remainder[..])?;
     }
     if !faces.is_empty() {
         npz.add("faces", &[faces.len() / 3, 3], &faces[..])?;

@@ -95,6 +95,8 @@ pub struct ModelSource<'a> {
     pub identity_spectrum: Vec<f64>,
     /// Eigenvalues of the pose mode before truncation, mm^2.
     pub pose_spectrum: Vec<f64>,
+    /// Principal components of what the model misses of unseen shapes, `3 n_vertices` numbers each, or none ([`crate::face::remainder`]).
+    pub remainder: Vec<f64>,
     /// Where the model comes from.
     pub provenance: String,
 }
@@ -119,6 +121,7 @@ impl<'a> ModelSource<'a> {
             pose_names: Vec::new(),
             identity_spectrum: model.identity.eigenvalues.clone(),
             pose_spectrum: model.expression.eigenvalues.clone(),
+            remainder: Vec::new(),
             provenance: String::new(),
         }
     }

@@ -18,40 +18,53 @@ const JITTER: f64 = 1e-3;
 pub(super) struct Displacement {
     /// Height of each bump at each vertex, bump after bump.
     pub heights: Vec<Vec<f32>>,
-    /// Precision of the bumps' amplitudes: their Gram matrix over the variance, 1/mm^2.
+    /// Principal components of what the model misses, which the file of the model tells: xyz of each vertex, component after component.
+    pub components: Vec<Vec<f32>>,
+    /// Precision of the amplitudes of bumps and components: the Gram matrix of the bumps over their variance, 1/mm^2; 1 for each component.
     pub precision: Vec<f64>,
 }
 
 impl Displacement {
     /// No displacement.
     pub(super) fn none() -> Self {
-        Displacement { heights: Vec::new(), precision: Vec::new() }
+        Displacement { heights: Vec::new(), components: Vec::new(), precision: Vec::new() }
     }
 
-    /// Of standard deviation `amplitude` (mm) and correlation `length` (mm) over the surface `mean`.
-    pub(super) fn new(mean: &[[f64; 3]], area: f64, amplitude: f64, length: f64) -> Result<Self, Error> {
+    /// Of standard deviation `amplitude` (mm) and correlation `length` (mm) over the surface `mean`, beside the components.
+    pub(super) fn new(
+        mean: &[[f64; 3]],
+        area: f64,
+        amplitude: f64,
+        length: f64,
+        components: Vec<Vec<f32>>,
+    ) -> Result<Self, Error> {
         let n_centres = ((area / (SPACING * length).powi(2)).ceil() as usize).clamp(1, 200);
         let centres: Vec<DVec3> = farthest_points(mean, n_centres)?
             .iter()
             .map(|point| DVec3::from_array(mean[point.index as usize]))
             .collect();
         let height = |a: DVec3, b: DVec3| (-0.5 * a.distance_squared(b) / (length * length)).exp();
-        let heights = centres
+        let heights: Vec<Vec<f32>> = centres
             .iter()
             .map(|&centre| mean.iter().map(|p| height(centre, DVec3::from_array(*p)) as f32).collect())
             .collect();
-        let mut precision = Vec::with_capacity(n_centres * n_centres);
-        for (i, &a) in centres.iter().enumerate() {
-            for (j, &b) in centres.iter().enumerate() {
+        let dim = centres.len() + components.len();
+        let mut precision = vec![0.0; dim * dim];
+        for (i, row) in precision.chunks_exact_mut(dim).enumerate() {
+            let Some(&a) = centres.get(i) else {
+                row[i] = 1.0;
+                continue;
+            };
+            for (j, (entry, &b)) in row.iter_mut().zip(&centres).enumerate() {
                 let jitter = if i == j { JITTER } else { 0.0 };
-                precision.push((height(a, b) + jitter) / (amplitude * amplitude));
+                *entry = (height(a, b) + jitter) / (amplitude * amplitude);
             }
         }
-        Ok(Displacement { heights, precision })
+        Ok(Displacement { heights, components, precision })
     }
 
-    /// Number of bumps.
+    /// Number of bumps and components.
     pub(super) fn dim(&self) -> usize {
-        self.heights.len()
+        self.heights.len() + self.components.len()
     }
 }

@@ -61,12 +61,15 @@ impl Held {
         let normals = mesh.vertex_normals();
         let (n_blocks, n_bumps) = (self.n_vertices.div_ceil(LANES), displacement.dim());
         let mut bumps = vec![0.0; n_blocks * n_bumps * NUMBERS];
-        for (bump, (heights, amplitude)) in displacement.heights.iter().zip(amplitudes).enumerate() {
-            for (vertex, (normal, height)) in normals.iter().zip(heights).enumerate() {
+        let along = |heights: &Vec<f32>| -> Vec<f32> {
+            normals.iter().zip(heights).flat_map(|(normal, height)| normal.map(|x| x as f32 * height)).collect()
+        };
+        let columns = displacement.heights.iter().map(along).chain(displacement.components.iter().cloned());
+        for (bump, (column, amplitude)) in columns.zip(amplitudes).enumerate() {
+            for (vertex, numbers) in column.as_chunks::<3>().0.iter().enumerate() {
                 let (block, lane) = (vertex / LANES, vertex % LANES);
-                for axis in 0..3 {
-                    let number = normal[axis] as f32 * height;
-                    bumps[(block * n_bumps + bump) * NUMBERS + axis * LANES + lane] = number;
+                for (axis, number) in numbers.iter().enumerate() {
+                    bumps[(block * n_bumps + bump) * NUMBERS + axis * LANES + lane] = *number;
                     self.values[block * NUMBERS + axis * LANES + lane] += amplitude * number;
                 }
             }

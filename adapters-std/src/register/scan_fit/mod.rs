@@ -96,7 +96,9 @@ pub fn fit_scan(
     let mean = Held::new(&generator, &priors.mean_state(), 0)?.positions();
     let surface = Mesh { positions: mean, faces: faces.clone(), ..Mesh::default() };
     let smooth = if options.displacement > 0.0 {
-        Displacement::new(&surface.positions, surface.area(), options.displacement, options.correlation)?
+        let remainder: Vec<f32> = model.remainder().map(|all| all.iter().collect()).unwrap_or_default();
+        let components = remainder.chunks_exact(3 * n_vertices).map(<[f32]>::to_vec).collect();
+        Displacement::new(&surface.positions, surface.area(), options.displacement, options.correlation, components)?
     } else {
         Displacement::none()
     };
