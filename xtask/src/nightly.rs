@@ -12,15 +12,16 @@ pub struct Options {
     cases: u32,
 }
 
-/// Runs the kernel's properties at length, the figures on the shared data with their curves, all fits to scans, and the benchmark rows, each optimised and with
+/// Runs the kernel's properties at length, the figures on the shared data with their curves, all fits to scans and recovered frames, and the benchmark rows, each optimised and with
 /// its seconds.
 pub fn run(options: &Options) -> Result<()> {
     let cases = options.cases.to_string();
     timed("properties", cargo(&["test", "--release", "--package", "habitus-core"]).env("PROPTEST_CASES", cases))?;
-    let figures = ["--test", "face_figures", "--", "--include-ignored", "--nocapture"];
-    timed("figures", cargo(&["test", "--release", "--package", "habitus-tests"]).args(figures))?;
-    let fits = ["--test", "face_fit", "--", "--include-ignored", "--nocapture"];
-    timed("fits", cargo(&["test", "--release", "--package", "habitus-tests"]).args(fits))?;
+    for (name, test) in [("figures", "face_figures"), ("fits", "face_fit"), ("frames", "frames")] {
+        let figures = ["--test", test, "--", "--include-ignored", "--nocapture"];
+        timed(name, cargo(&["test", "--release", "--package", "habitus-tests"]).args(figures))?;
+    }
+    timed("times of fits", &mut cargo(&["run", "--release", "--package", "habitus-benches", "--bin", "fit"]))?;
     timed("rows", &mut cargo(&["run", "--release", "--package", "habitus-benches", "--bin", "rows", "--", "--big"]))
 }
 

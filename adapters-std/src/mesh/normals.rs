@@ -10,6 +10,12 @@ impl Mesh {
     /// A vertex without a triangle of positive area gets the zero vector. Triangles are summed in file order. A face
     /// that names a vertex that does not exist is left out.
     pub fn vertex_normals(&self) -> Vec<[f64; 3]> {
+        self.area_vectors().into_iter().map(unit).collect()
+    }
+
+    /// Twice the sum of the area vectors of the triangles of each vertex, of which [`Self::vertex_normals`] are the directions. Summed over a
+    /// patch of noisy triangles they are those of the patch without the noise, as far as it returns to where it was at the border.
+    pub(crate) fn area_vectors(&self) -> Vec<[f64; 3]> {
         let mut normals = vec![[0.0; 3]; self.positions.len()];
         for face in &self.faces {
             let corner = |k: usize| self.positions.get(face[k] as usize).copied();
@@ -19,9 +25,6 @@ impl Mesh {
                 let sum = &mut normals[vertex as usize];
                 *sum = std::array::from_fn(|axis| sum[axis] + doubled_area[axis]);
             }
-        }
-        for normal in &mut normals {
-            *normal = unit(*normal);
         }
         normals
     }

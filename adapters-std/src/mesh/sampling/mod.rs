@@ -6,7 +6,7 @@ mod thinning;
 
 pub use area::{poisson_disk_points, uniform_points};
 pub use farthest::{FarthestPoint, farthest_points};
-pub use thinning::{thinned_by_distance, thinned_by_voxels};
+pub use thinning::{VoxelCells, thinned_by_distance, thinned_by_voxels};
 
 use super::{Attribute, Mesh, Scalar, unit};
 use crate::Error;

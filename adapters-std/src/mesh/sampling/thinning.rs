@@ -19,34 +19,58 @@ const MAX_CELLS: f64 = (1u64 << 40) as f64;
 /// [`Error::Input`] for a size that is not positive or too small for the cloud (2^40 cells on an axis), or a point that is
 /// not finite.
 pub fn thinned_by_voxels(positions: &[[f64; 3]], size: f64) -> Result<Vec<u32>, Error> {
-    refuse_length(size, "side of a cell")?;
-    if let Some(index) = positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
-        return Err(Error::input(format!("point {index} is not finite: remove it")));
-    }
-    let low = positions.iter().fold([f64::INFINITY; 3], |low, p| std::array::from_fn(|a| low[a].min(p[a])));
-    let cell = |p: &[f64; 3]| std::array::from_fn(|axis| ((p[axis] - low[axis]) / size).floor());
-    let mut places: Vec<([u64; 3], u32)> = Vec::with_capacity(positions.len());
-    for (index, position) in positions.iter().enumerate() {
-        let cell: [f64; 3] = cell(position);
-        if cell.iter().any(|&n| !(n < MAX_CELLS)) {
-            return Err(Error::input(format!("cells of side {size} are too small for the cloud: make them larger")));
-        }
-        places.push((cell.map(|n| n as u64), index as u32));
-    }
-    places.par_sort_unstable();
-    let mut kept: Vec<u32> = places.chunk_by(|a, b| a.0 == b.0).map(|cell| most_central(positions, cell)).collect();
+    let cells = VoxelCells::new(positions, size)?;
+    let mut kept: Vec<u32> = cells.iter().map(|cell| most_central(positions, cell)).collect();
     kept.sort_unstable();
     Ok(kept)
 }
 
+/// The points of a cloud by the occupied cells of a grid of cubes.
+#[derive(Debug, Clone)]
+pub struct VoxelCells {
+    /// Cell and index of every point, in order.
+    places: Vec<([u64; 3], u32)>,
+}
+
+impl VoxelCells {
+    /// The grid starts at the smallest coordinates of the cloud; `size` is the side of a cell.
+    ///
+    /// # Errors
+    /// As [`thinned_by_voxels`].
+    pub fn new(positions: &[[f64; 3]], size: f64) -> Result<Self, Error> {
+        refuse_length(size, "side of a cell")?;
+        if let Some(index) = positions.iter().position(|p| p.iter().any(|x| !x.is_finite())) {
+            return Err(Error::input(format!("point {index} is not finite: remove it")));
+        }
+        let low = positions.iter().fold([f64::INFINITY; 3], |low, p| std::array::from_fn(|a| low[a].min(p[a])));
+        let mut places: Vec<([u64; 3], u32)> = Vec::with_capacity(positions.len());
+        for (index, position) in positions.iter().enumerate() {
+            let cell: [f64; 3] = std::array::from_fn(|axis| ((position[axis] - low[axis]) / size).floor());
+            if cell.iter().any(|&n| !(n < MAX_CELLS)) {
+                return Err(Error::input(format!(
+                    "cells of side {size} are too small for the cloud: make them larger"
+                )));
+            }
+            places.push((cell.map(|n| n as u64), index as u32));
+        }
+        places.par_sort_unstable();
+        Ok(VoxelCells { places })
+    }
+
+    /// The points of each cell, in ascending order; cells in the order of their coordinates.
+    pub fn iter(&self) -> impl Iterator<Item = impl Iterator<Item = u32> + Clone + '_> + '_ {
+        self.places.chunk_by(|a, b| a.0 == b.0).map(|cell| cell.iter().map(|&(_, index)| index))
+    }
+}
+
 /// The point of a cell that is nearest to the mean of its points.
-fn most_central(positions: &[[f64; 3]], cell: &[([u64; 3], u32)]) -> u32 {
-    let share = 1.0 / cell.len() as f64;
-    let mean = cell.iter().fold([0.0; 3], |sum: [f64; 3], &(_, index)| {
+fn most_central(positions: &[[f64; 3]], cell: impl Iterator<Item = u32> + Clone) -> u32 {
+    let share = 1.0 / cell.clone().count().max(1) as f64;
+    let mean = cell.clone().fold([0.0; 3], |sum: [f64; 3], index| {
         std::array::from_fn(|axis| sum[axis] + positions[index as usize][axis] * share)
     });
     let square = |index: u32| (0..3).map(|a| (positions[index as usize][a] - mean[a]).powi(2)).sum::<f64>();
-    let nearest = cell.iter().map(|&(_, index)| (square(index), index)).min_by(|a, b| a.0.total_cmp(&b.0));
+    let nearest = cell.map(|index| (square(index), index)).min_by(|a, b| a.0.total_cmp(&b.0));
     nearest.map_or(0, |(_, index)| index)
 }
 

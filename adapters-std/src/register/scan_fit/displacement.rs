@@ -63,6 +63,17 @@ impl Displacement {
         Ok(Displacement { heights, components, precision })
     }
 
+    /// Displacement of a vertex by each bump and component at the amplitude 1, where its surface has this normal.
+    pub(super) fn columns(&self, vertex: usize, normal: [f64; 3], out: &mut [[f32; 3]]) {
+        let (bumps, components) = out.split_at_mut(self.heights.len().min(out.len()));
+        for (to, heights) in bumps.iter_mut().zip(&self.heights) {
+            *to = normal.map(|x| x as f32 * heights[vertex]);
+        }
+        for (to, component) in components.iter_mut().zip(&self.components) {
+            *to = std::array::from_fn(|axis| component[3 * vertex + axis]);
+        }
+    }
+
     /// Number of bumps and components.
     pub(super) fn dim(&self) -> usize {
         self.heights.len() + self.components.len()

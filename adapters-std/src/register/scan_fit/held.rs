@@ -1,9 +1,11 @@
 //! A generator made linear at one set of weights, with only its leading identity weights free: what one round of a fit works on.
 //!
-//! Positions and derivatives are taken once ([`linearise_parallel`]); every sample of the round then costs a look-up.
+//! Positions and derivatives are taken once ([`linearise_parallel`]) and laid out vertex by vertex: the points of a scan meet the vertices in no
+//! order, and each costs one run of numbers.
 
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::{Block, Generator, LANES, NUMBERS, Weights};
+use rayon::prelude::*;
 
 use super::displacement::Displacement;
 use super::state::State;
@@ -13,91 +15,84 @@ use crate::mesh::Mesh;
 
 /// `F(w0) + J (w - w0)` over the first `identity_dim` identity weights and all pose weights.
 pub(super) struct Held {
-    n_vertices: usize,
     identity_dim: usize,
+    /// Pose weights of the generator, then the amplitudes of the displacement.
     pose_dim: usize,
-    /// Identity weights of the whole generator: where the columns of the pose begin.
-    all_identity: usize,
-    /// Pose weights of the generator; the rest of `pose_dim` are amplitudes of the displacement.
-    own_pose: usize,
     /// `w0` of the free weights.
     identity: Vec<f32>,
     pose: Vec<f32>,
-    values: Vec<f32>,
-    jacobian: Vec<f32>,
-    /// Columns of the displacement.
-    bumps: Vec<f32>,
+    /// Position of each vertex at `w0`.
+    values: Vec<[f32; 3]>,
+    /// Derivatives of a vertex by the free weights, identity first, vertex after vertex.
+    jacobian: Vec<[f32; 3]>,
 }
 
 impl Held {
     /// The generator at the weights of `state`, of which the first `identity_dim` identity weights stay free.
     pub(super) fn new(generator: &Bilinear<'_>, state: &State, identity_dim: usize) -> Result<Self, Error> {
-        let blocks = generator.block_count();
+        let (blocks, all) = (generator.block_count(), generator.dim());
         let mut values = vec![0.0; blocks * NUMBERS];
-        let mut jacobian = vec![0.0; blocks * NUMBERS * generator.dim()];
+        let mut jacobian = vec![0.0; blocks * NUMBERS * all];
         let weights = Weights { identity: &state.identity, pose: &state.pose };
         let threads = rayon::current_num_threads();
         linearise_parallel(generator, weights, 0..blocks, &mut values, &mut jacobian, threads)
             .map_err(|error| Error::Kernel { what: "the model cannot be linearised".into(), error })?;
         let identity_dim = identity_dim.min(generator.identity_dim());
+        let n = generator.vertex_count();
+        let values = values.as_chunks::<NUMBERS>().0;
+        let columns = jacobian.as_chunks::<NUMBERS>().0;
+        let free: Vec<usize> = (0..identity_dim).chain(generator.identity_dim()..all).collect();
+        let mut by_vertex = vec![[0.0; 3]; n * free.len()];
+        by_vertex.par_chunks_mut((LANES * free.len()).max(1)).zip(columns.par_chunks_exact(all.max(1))).for_each(
+            |(rows, columns)| {
+                for (at, row) in rows.chunks_exact_mut(free.len()).enumerate() {
+                    row.iter_mut().zip(&free).for_each(|(to, &column)| *to = lane(&columns[column], at));
+                }
+            },
+        );
         Ok(Held {
-            n_vertices: generator.vertex_count(),
             identity_dim,
             pose_dim: generator.pose_dim(),
-            all_identity: generator.identity_dim(),
-            own_pose: generator.pose_dim(),
             identity: state.identity[..identity_dim].to_vec(),
             pose: state.pose.clone(),
-            values,
-            jacobian,
-            bumps: Vec::new(),
+            values: (0..n).map(|vertex| lane(&values[vertex / LANES], vertex % LANES)).collect(),
+            jacobian: by_vertex,
         })
     }
 
-    /// With a displacement along the normals of the surface as it is, whose amplitudes (mm) stand behind the pose weights; they begin with
-    /// `amplitudes`.
+    /// With a displacement of the surface as it is, whose amplitudes stand behind the pose weights; they begin with `amplitudes`.
     pub(super) fn displaced(mut self, displacement: &Displacement, amplitudes: &[f32], faces: &[[u32; 3]]) -> Self {
+        if displacement.dim() == 0 {
+            return self;
+        }
         let mesh = Mesh { positions: self.positions(), faces: faces.to_vec(), ..Mesh::default() };
         let normals = mesh.vertex_normals();
-        let (n_blocks, n_bumps) = (self.n_vertices.div_ceil(LANES), displacement.dim());
-        let mut bumps = vec![0.0; n_blocks * n_bumps * NUMBERS];
-        let along = |heights: &Vec<f32>| -> Vec<f32> {
-            normals.iter().zip(heights).flat_map(|(normal, height)| normal.map(|x| x as f32 * height)).collect()
-        };
-        let columns = displacement.heights.iter().map(along).chain(displacement.components.iter().cloned());
-        for (bump, (column, amplitude)) in columns.zip(amplitudes).enumerate() {
-            for (vertex, numbers) in column.as_chunks::<3>().0.iter().enumerate() {
-                let (block, lane) = (vertex / LANES, vertex % LANES);
-                for (axis, number) in numbers.iter().enumerate() {
-                    bumps[(block * n_bumps + bump) * NUMBERS + axis * LANES + lane] = *number;
-                    self.values[block * NUMBERS + axis * LANES + lane] += amplitude * number;
+        let (own, more) = (self.dim(), displacement.dim());
+        let mut jacobian = vec![[0.0; 3]; self.values.len() * (own + more)];
+        jacobian.par_chunks_exact_mut(own + more).zip(&mut self.values).enumerate().for_each(
+            |(vertex, (row, value))| {
+                let (first, second) = row.split_at_mut(own);
+                first.copy_from_slice(&self.jacobian[vertex * own..][..own]);
+                displacement.columns(vertex, normals[vertex], second);
+                for (column, amplitude) in second.iter().zip(amplitudes) {
+                    *value = moved(*value, *amplitude, *column);
                 }
-            }
-        }
-        self.bumps = bumps;
-        self.pose_dim = self.own_pose + n_bumps;
+            },
+        );
+        self.jacobian = jacobian;
+        self.pose_dim += more;
         self.pose.extend_from_slice(amplitudes);
         self
     }
 
     /// Positions at `w0`, mm.
     pub(super) fn positions(&self) -> Vec<[f64; 3]> {
-        let position = |vertex: usize| {
-            let at = vertex / LANES * NUMBERS + vertex % LANES;
-            [0, 1, 2].map(|axis| f64::from(self.values[at + axis * LANES]))
-        };
-        (0..self.n_vertices).map(position).collect()
+        self.values.iter().map(|value| value.map(f64::from)).collect()
     }
 
-    /// The numbers of the column of a free weight in one block.
-    fn column(&self, block: usize, free: usize) -> Option<&[f32; NUMBERS]> {
-        if let Some(bump) = free.checked_sub(self.identity_dim + self.own_pose) {
-            let n_bumps = self.pose_dim - self.own_pose;
-            return self.bumps.as_chunks::<NUMBERS>().0.get(block * n_bumps + bump);
-        }
-        let all = self.all_identity + self.own_pose;
-        let column = if free < self.identity_dim { free } else { free - self.identity_dim + self.all_identity };
-        self.jacobian.as_chunks::<NUMBERS>().0.get(block * all + column)
+    /// Derivatives of a vertex by the free weights.
+    fn row(&self, vertex: usize) -> Option<&[[f32; 3]]> {
+        self.jacobian.get(vertex * self.dim()..)?.get(..self.dim())
     }
 
     /// What the weights differ from `w0`, identity first.
@@ -111,9 +106,13 @@ fn lane(numbers: &[f32; NUMBERS], lane: usize) -> [f32; 3] {
     [numbers[lane], numbers[LANES + lane], numbers[2 * LANES + lane]]
 }
 
+fn moved([x, y, z]: [f32; 3], step: f32, [u, v, w]: [f32; 3]) -> [f32; 3] {
+    [x + step * u, y + step * v, z + step * w]
+}
+
 impl Generator for Held {
     fn vertex_count(&self) -> usize {
-        self.n_vertices
+        self.values.len()
     }
 
     fn identity_dim(&self) -> usize {
@@ -125,10 +124,10 @@ impl Generator for Held {
     }
 
     fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block> {
-        let mut value = *self.values.as_chunks::<NUMBERS>().0.get(block)?;
-        for (free, step) in self.steps(weights).enumerate() {
-            let column = self.column(block, free)?;
-            value.iter_mut().zip(column).for_each(|(value, number)| *value += step * number);
+        let mut value = [0.0; NUMBERS];
+        for at in 0..LANES.min(self.values.len().checked_sub(block * LANES)?) {
+            let position = self.vertex_unchecked(weights, block * LANES + at)?;
+            (0..3).for_each(|axis| value[axis * LANES + at] = position[axis]);
         }
         Some(Block::load(&value))
     }
@@ -139,20 +138,18 @@ impl Generator for Held {
         block: usize,
         jacobian: &mut [[f32; NUMBERS]],
     ) -> Option<Block> {
-        for (free, to) in jacobian.iter_mut().take(self.dim()).enumerate() {
-            *to = *self.column(block, free)?;
+        jacobian.iter_mut().for_each(|column| *column = [0.0; NUMBERS]);
+        for at in 0..LANES.min(self.values.len().checked_sub(block * LANES)?) {
+            for (column, to) in self.row(block * LANES + at)?.iter().zip(jacobian.iter_mut()) {
+                (0..3).for_each(|axis| to[axis * LANES + at] = column[axis]);
+            }
         }
         self.block_unchecked(weights, block)
     }
 
     fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
-        let (block, at) = (vertex / LANES, vertex % LANES);
-        let mut value = lane(self.values.as_chunks::<NUMBERS>().0.get(block)?, at);
-        for (free, step) in self.steps(weights).enumerate() {
-            let [x, y, z] = lane(self.column(block, free)?, at);
-            value = [value[0] + step * x, value[1] + step * y, value[2] + step * z];
-        }
-        Some(value)
+        let columns = self.steps(weights).zip(self.row(vertex)?);
+        Some(columns.fold(*self.values.get(vertex)?, |value, (step, column)| moved(value, step, *column)))
     }
 
     fn linearised_vertex_unchecked(
@@ -161,13 +158,7 @@ impl Generator for Held {
         vertex: usize,
         jacobian: &mut [[f32; 3]],
     ) -> Option<[f32; 3]> {
-        let (block, at) = (vertex / LANES, vertex % LANES);
-        let mut value = lane(self.values.as_chunks::<NUMBERS>().0.get(block)?, at);
-        for ((free, step), to) in self.steps(weights).enumerate().zip(jacobian.iter_mut()) {
-            let [x, y, z] = lane(self.column(block, free)?, at);
-            value = [value[0] + step * x, value[1] + step * y, value[2] + step * z];
-            *to = [x, y, z];
-        }
-        Some(value)
+        jacobian.get_mut(..self.dim())?.copy_from_slice(self.row(vertex)?);
+        self.vertex_unchecked(weights, vertex)
     }
 }

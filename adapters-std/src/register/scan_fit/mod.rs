@@ -29,7 +29,7 @@ use crate::spatial::frame_recovery::Unit;
 use correspondences::{Agreement, Pairs};
 use displacement::Displacement;
 use held::Held;
-use problem::{Belief, improved, widened};
+use problem::{Belief, stepped, widened};
 use start::{Start, bilinear, landmark_samples, residuals, rms, spread};
 use state::Priors;
 use target::{Target, boundary_vertices};
@@ -78,6 +78,38 @@ pub fn fit_scan(
     landmarks: &[Option<[f64; 3]>],
     options: &ScanFitOptions,
 ) -> Result<ScanFit, Error> {
+    fit_scan_watched(model, scan, landmarks, options, &mut |_| {})
+}
+
+/// What a fit is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stage {
+    /// Unit, placement and weights from the landmarks.
+    Start,
+    /// Points and normals of the scan.
+    Target,
+    /// The model and its derivatives at the weights of a round.
+    Model,
+    /// Pairs of points of scan and model.
+    Pairs,
+    /// Normal equations and steps.
+    Steps,
+    /// Agreement of the result with the scan.
+    Judgement,
+}
+
+/// As [`fit_scan`]; `watch` is told what begins.
+///
+/// # Errors
+/// As [`fit_scan`].
+pub fn fit_scan_watched(
+    model: &Model<'_>,
+    scan: &Mesh,
+    landmarks: &[Option<[f64; 3]>],
+    options: &ScanFitOptions,
+    watch: &mut dyn FnMut(Stage),
+) -> Result<ScanFit, Error> {
+    watch(Stage::Start);
     scan.check()?;
     let faces: Vec<[u32; 3]> = model.faces().map(|faces| faces.iter().collect()).unwrap_or_default();
     if faces.is_empty() {
@@ -88,7 +120,9 @@ pub fn fit_scan(
     let priors = Priors::of(model)?;
     let generator = bilinear(model)?;
     let start = Start::new(model, &priors, landmarks, options.unit, options.landmark_sigma)?;
+    watch(Stage::Target);
     let target = Target::new(scan, &start.region, options.cell, options.max_points, options.coherence)?;
+    watch(Stage::Model);
     let n_vertices = generator.vertex_count();
     let model_boundary =
         boundary_vertices(&Mesh { positions: vec![[0.0; 3]; n_vertices], faces: faces.clone(), ..Mesh::default() });
@@ -106,19 +140,23 @@ pub fn fit_scan(
     let mut state = start.state;
     let mut sigma = options.sigma;
     for round in options.rounds(generator.identity_dim()) {
+        watch(Stage::Model);
         let smooth = if round.displaced { &smooth } else { &none };
         state.amplitudes.resize(smooth.dim(), 0.0);
         let held = Held::new(&generator, &state, round.identity_dim)?.displaced(smooth, &state.amplitudes, &faces);
+        watch(Stage::Pairs);
         let gates = options.gates(&round);
         let landmark_sigma = spread(&residuals(&held, &start.landmarks, &state.placement)).max(options.landmark_sigma);
         let pairs = Pairs::new(&held, &faces, &state.placement, &target, &gates)?;
         sigma = pairs.sigma;
         let mut samples = pairs.samples;
         samples.extend(landmark_samples(&held, &start.landmarks, &state.placement, landmark_sigma));
+        watch(Stage::Steps);
         let factors = [options.identity_prior, options.pose_prior];
         let belief = Belief { of_weights: &priors, factors, smooth: &smooth.precision };
-        state = improved(&held, &samples, belief, Frame::Rigid, &state, options.steps)?;
+        state = stepped(&held, &samples, belief, Frame::Rigid, &state)?;
     }
+    watch(Stage::Judgement);
     state.amplitudes.clear();
     let held = Held::new(&generator, &state, 0)?;
     let gates = options.last_gates();

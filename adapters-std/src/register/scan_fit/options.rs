@@ -20,8 +20,6 @@ pub struct ScanFitOptions {
     pub correlation: f64,
     /// As `independent_area` in the last rounds, where that is regarded.
     pub point_area: f64,
-    /// Steps of the solver in a round.
-    pub steps: u32,
     /// Rounds with displacement.
     pub n_fine: usize,
     /// Factor of the prior of the identity weights.
@@ -57,7 +55,6 @@ impl Default for ScanFitOptions {
             displacement: 0.4,
             correlation: 14.0,
             point_area: 10.0,
-            steps: 1,
             n_fine: 3,
             identity_prior: 1.0,
             pose_prior: 1.0,

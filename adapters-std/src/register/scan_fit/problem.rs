@@ -2,6 +2,7 @@
 
 use habitus_core::fit::{Frame, Sample, normal_equations_req};
 use habitus_core::generator::{Generator, Weights};
+use habitus_core::linalg::cholesky::{factor_in_place, solve_in_place};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::levenberg_marquardt::{LeastSquares, Limits, minimised_in_place, minimised_req};
 use rayon::prelude::*;
@@ -13,6 +14,9 @@ use crate::evaluate::normal_equations;
 
 /// Samples of which one task sums the normal equations; fixed, so that the sums do not depend on the number of threads.
 const CHUNK: usize = 1024;
+
+/// Damping relative to the diagonal.
+const DAMPING: f64 = 1e-6;
 
 /// Energy `sum_k weight_k r_k^2 + factor (identity prior + pose prior)` over the free weights and the motions.
 struct Problem<'a> {
@@ -80,12 +84,16 @@ impl Problem<'_> {
     }
 }
 
-impl LeastSquares<f64> for Problem<'_> {
-    fn dim(&self) -> usize {
-        self.held.dim() + self.frame.dim()
+impl Problem<'_> {
+    /// The free weights, and no motion.
+    fn variables(&self) -> Vec<f64> {
+        let state = &self.state;
+        let weights = state.identity[..self.held.identity_dim()].iter().chain(&state.pose).chain(&state.amplitudes);
+        weights.map(|&x| f64::from(x)).chain(std::iter::repeat_n(0.0, self.frame.dim())).collect()
     }
 
-    fn normal_equations(&mut self, x: &[f64], jtj: &mut [f64], jtr: &mut [f64]) -> Result<f64, habitus_core::Error> {
+    /// Makes `x` the trial state.
+    fn try_at(&mut self, x: &[f64]) {
         let (identity_dim, pose_dim) = (self.held.identity_dim(), self.held.pose_dim());
         self.trial.clone_from(&self.state);
         for (to, &from) in self.trial.identity[..identity_dim].iter_mut().zip(x) {
@@ -100,6 +108,17 @@ impl LeastSquares<f64> for Problem<'_> {
             let log_scale = rest.first().map_or(0.0, single);
             self.trial.placement = self.state.placement.moved([a, b, c].map(single), [u, v, w].map(single), log_scale);
         }
+    }
+}
+
+impl LeastSquares<f64> for Problem<'_> {
+    fn dim(&self) -> usize {
+        self.held.dim() + self.frame.dim()
+    }
+
+    fn normal_equations(&mut self, x: &[f64], jtj: &mut [f64], jtr: &mut [f64]) -> Result<f64, habitus_core::Error> {
+        self.try_at(x);
+        let identity_dim = self.held.identity_dim();
         let n = x.len();
         let chunks: Vec<_> = self.samples.par_chunks(CHUNK).map(|chunk| self.sums(chunk, n)).collect();
         jtj.fill(0.0);
@@ -145,16 +164,40 @@ pub(super) fn improved(
     state: &State,
     max_iterations: u32,
 ) -> Result<State, Error> {
-    let free =
-        state.identity[..held.identity_dim()].iter().chain(&state.pose).chain(&state.amplitudes).map(|&x| f64::from(x));
-    let mut x: Vec<f64> = free.chain(std::iter::repeat_n(0.0, frame.dim())).collect();
-    let mut workspace = vec![0.0; minimised_req(x.len()).numbers()];
-    let limits = Limits { max_iterations, relative_decrease: 1e-4, damping: 1e-6 };
     let mut problem =
         Problem { held, samples, priors, smooth, prior_factors, frame, state: state.clone(), trial: state.clone() };
+    let mut x = problem.variables();
+    let mut workspace = vec![0.0; minimised_req(x.len()).numbers()];
+    let limits = Limits { max_iterations, relative_decrease: 1e-4, damping: DAMPING };
     minimised_in_place(&mut problem, &mut x, &[], &[], &limits, &mut workspace)
         .map_err(|error| Error::Kernel { what: "the fit cannot be improved".into(), error })?;
     Ok(problem.state)
+}
+
+/// The state after one Gauss-Newton step on the energy of `samples` on the linear model `held`, from `state`. Between two steps pairs and
+/// weights change anyway, so the energy at its end is not looked at.
+pub(super) fn stepped(
+    held: &Held,
+    samples: &[Sample],
+    Belief { of_weights: priors, factors: prior_factors, smooth }: Belief<'_>,
+    frame: Frame,
+    state: &State,
+) -> Result<State, Error> {
+    let mut problem =
+        Problem { held, samples, priors, smooth, prior_factors, frame, state: state.clone(), trial: state.clone() };
+    let mut x = problem.variables();
+    let n = x.len();
+    let (mut jtj, mut jtr) = (vec![0.0; n * n], vec![0.0; n]);
+    let named = |error| Error::Kernel { what: "the fit cannot be improved".into(), error };
+    problem.normal_equations(&x, &mut jtj, &mut jtr).map_err(named)?;
+    for diagonal in jtj.iter_mut().step_by(n + 1) {
+        *diagonal = if *diagonal > 0.0 { *diagonal * (1.0 + DAMPING) } else { 1.0 };
+    }
+    factor_in_place(&mut jtj, n).map_err(named)?;
+    solve_in_place(&jtj, &mut jtr).map_err(named)?;
+    x.iter_mut().zip(&jtr).for_each(|(x, step)| *x -= step);
+    problem.try_at(&x);
+    Ok(problem.trial)
 }
 
 /// The kernel's similarity as one of the adapters, in double precision.

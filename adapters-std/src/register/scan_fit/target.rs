@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use crate::Error;
 use crate::mesh::Mesh;
 use crate::mesh::Topology;
-use crate::mesh::sampling::thinned_by_voxels;
+use crate::mesh::sampling::VoxelCells;
 use crate::spatial::{CloudNormalOptions, Outside, PointTree, cloud_normals};
 
 /// What remains of a scan.
@@ -41,9 +41,9 @@ const VIEWPOINT: f64 = 10.0;
 const NEIGHBOURHOOD: f64 = 2.0;
 
 impl Target {
-    /// The part of `scan` in `region`: one point for each cell of side `cell` mm, of larger cells when there are more than `most` points.
+    /// The part of `scan` in `region`: the mean point of each cell of side `cell` mm, of larger cells when there are more than `most`.
     ///
-    /// Normals are those of the faces; a cloud keeps its own, or gets those of its neighbourhoods, turned to where the face looks.
+    /// Normals are those of the faces about the cell; a cloud keeps its own, or gets those of its neighbourhoods, turned to where the face looks.
     ///
     /// # Errors
     /// [`Error::Input`] when no point lies in the region.
@@ -61,26 +61,35 @@ impl Target {
         }
         let positions: Vec<[f64; 3]> = inside.iter().map(|&v| placed(&scan.positions[v as usize])).collect();
         let mut cell = cell;
-        let mut chosen = thinned_by_voxels(&positions, cell)?;
-        while chosen.len() > most {
-            cell *= 1.05 * (chosen.len() as f64 / most as f64).sqrt();
-            chosen = thinned_by_voxels(&positions, cell)?;
+        let mut cells = VoxelCells::new(&positions, cell)?;
+        let mut n_cells = cells.iter().count();
+        while n_cells > most {
+            cell *= 1.05 * (n_cells as f64 / most as f64).sqrt();
+            cells = VoxelCells::new(&positions, cell)?;
+            n_cells = cells.iter().count();
         }
-        let points: Vec<[f64; 3]> = chosen.iter().map(|&i| positions[i as usize]).collect();
-        let vertices: Vec<u32> = chosen.iter().map(|&i| inside[i as usize]).collect();
-        let picked = |normals: &[[f64; 3]]| vertices.iter().map(|&v| normals[v as usize]).collect::<Vec<_>>();
-        let normals = if !scan.faces.is_empty() {
-            picked(&scan.vertex_normals())
-        } else if !scan.normals.is_empty() {
-            picked(&scan.normals)
-        } else {
+        // Not made of unit vectors: over a patch of noisy faces their areas cancel what is noise.
+        let of_scan = if scan.faces.is_empty() { scan.normals.clone() } else { scan.area_vectors() };
+        let border = boundary_vertices(scan);
+        let (mut points, mut normals, mut at_boundary) = (Vec::new(), Vec::new(), Vec::new());
+        for members in cells.iter() {
+            let (mut n, mut sum, mut normal, mut n_border) = (0, DVec3::ZERO, DVec3::ZERO, 0);
+            for member in members {
+                let vertex = inside[member as usize] as usize;
+                n += 1;
+                sum += DVec3::from_array(positions[member as usize]);
+                normal += of_scan.get(vertex).copied().map_or(DVec3::ZERO, DVec3::from_array);
+                n_border += usize::from(border.get(vertex).copied().unwrap_or(false));
+            }
+            points.push((sum / n as f64).to_array());
+            normals.push(crate::mesh::unit(normal.to_array()));
+            at_boundary.push(2 * n_border >= n);
+        }
+        if of_scan.is_empty() {
             let viewpoint = (DVec3::from_array(region.front) * VIEWPOINT * region.radius).to_array();
             let options = CloudNormalOptions { outside: Outside::Towards(viewpoint), ..CloudNormalOptions::default() };
-            cloud_normals(&points, &options)?.normals
-        };
-        let normals: Vec<[f64; 3]> = normals.into_iter().map(crate::mesh::unit).collect();
-        let of_scan = boundary_vertices(scan);
-        let at_boundary = vertices.iter().map(|&v| of_scan.get(v as usize).copied().unwrap_or(false)).collect();
+            normals = cloud_normals(&points, &options)?.normals;
+        }
         let tree = PointTree::new(&points)?;
         let normals = smoothed(&tree, &points, &normals, NEIGHBOURHOOD * cell, coherence);
         Ok(Target { tree, points, normals, at_boundary, cell })
