@@ -26,11 +26,11 @@ use crate::mesh::Mesh;
 use crate::register::gpa::{GpaOptions, align_in_place};
 use crate::register::rigid::alignment;
 use crate::report::View;
+use crate::report::portrait::LINING;
 use crate::report::sheet::contact_sheet;
 use crate::synth::face_grid::LANDMARKS;
 use crate::synth::face_motion::EXPRESSIONS;
 use crate::synth::faces::{FaceOptions, FacePopulation};
-use crate::synth::population_files::LINING;
 
 /// How large the demonstration is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
