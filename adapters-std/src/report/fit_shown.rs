@@ -27,14 +27,10 @@ impl FitShown {
     /// # Errors
     /// [`Error::Input`] for a scan that is not sound.
     pub fn new(fit: &ScanFit, scan: &Mesh, fitted: &Mesh) -> Result<Self, Error> {
-        let mm = fit.unit.millimetres();
-        let (r, t) = (&fit.placement.rotation, &fit.placement.translation);
-        let upright = |p: &[f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|axis| mm * (0..3).map(|row| r[row][axis] * (p[row] - t[row])).sum::<f64>())
-        };
+        let r = &fit.placement.rotation;
         let turned = |n: &[f64; 3]| std::array::from_fn(|axis| (0..3).map(|row| r[row][axis] * n[row]).sum());
         let moved = |mesh: &Mesh| Mesh {
-            positions: mesh.positions.iter().map(upright).collect(),
+            positions: mesh.positions.iter().map(|p| fit.placement.inverse_point(*p)).collect(),
             normals: mesh.normals.iter().map(turned).collect(),
             ..mesh.clone()
         };

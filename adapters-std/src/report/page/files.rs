@@ -1,11 +1,14 @@
 //! The files of a page, written so that the page never names one that is not there.
 
-use std::collections::HashSet;
-use std::path::Path;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{Block, Page};
 use crate::Error;
 use crate::io::atomic;
+use crate::io::mesh::{WriteOptions, gltf, ply};
+use crate::mesh::Mesh;
 
 /// A file in the folder of a page.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -31,9 +34,17 @@ impl File {
     ///
     /// # Errors
     /// [`Error::Input`] for a mesh that the format cannot hold.
-    pub fn glb(name: impl Into<String>, mesh: &crate::mesh::Mesh) -> Result<Self, Error> {
-        let file = crate::io::mesh::MeshFile { mesh: mesh.clone(), ..Default::default() };
-        let written = crate::io::mesh::gltf::format(&file, &Default::default()).map_err(Error::Input)?;
+    pub fn glb(name: impl Into<String>, mesh: &Mesh) -> Result<Self, Error> {
+        let written = gltf::format(&mesh.clone().into(), &WriteOptions::default()).map_err(Error::Input)?;
+        Ok(File::new(name, written.bytes))
+    }
+
+    /// A mesh as a PLY file, binary.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a mesh that the format cannot hold.
+    pub fn ply(name: impl Into<String>, mesh: &Mesh) -> Result<Self, Error> {
+        let written = ply::format(&mesh.clone().into(), &WriteOptions::default()).map_err(Error::Input)?;
         Ok(File::new(name, written.bytes))
     }
 }
@@ -78,21 +89,38 @@ impl Page {
             }
             _ => {}
         }
-        let mut sizes = std::collections::HashMap::new();
+        let new: Vec<(PathBuf, &[u8])> =
+            self.all_files().filter_map(|file| Some((folder.join(&file.name), file.bytes.as_deref()?))).collect();
+        new.iter().filter_map(|(path, _)| path.parent()).try_for_each(make)?;
+        written(&new)?;
+        let mut sizes = HashMap::new();
         for file in self.all_files() {
             let path = folder.join(&file.name);
-            if let Some(bytes) = &file.bytes {
-                path.parent().map(make).transpose()?;
-                atomic::write(&path, bytes)?;
-                sizes.insert(file.name.as_str(), bytes.len() as u64);
-            } else {
-                let found = std::fs::metadata(&path).map_err(|source| Error::Write { path, source })?;
-                sizes.insert(file.name.as_str(), found.len());
-            }
+            let found = std::fs::metadata(&path).map_err(|source| Error::Write { path, source })?;
+            sizes.insert(file.name.as_str(), found.len());
         }
         let size = |name: &str| sizes.get(name).copied().unwrap_or(0);
         atomic::write(&index, super::html::of(self, &size).as_bytes())
     }
+}
+
+/// Files that are on their way to the disk at the same time: each waits for it, and it takes many together as fast as one.
+const WRITERS: usize = 16;
+
+/// Writes all files, each completely or not at all.
+fn written(files: &[(PathBuf, &[u8])]) -> Result<(), Error> {
+    let next = AtomicUsize::new(0);
+    let write_some = || loop {
+        match files.get(next.fetch_add(1, Ordering::Relaxed)) {
+            Some((path, bytes)) => atomic::write(path, bytes)?,
+            None => return Ok(()),
+        }
+    };
+    std::thread::scope(|scope| {
+        let writers: Vec<_> = (0..WRITERS.min(files.len())).map(|_| scope.spawn(write_some)).collect();
+        let panicked = || Err(Error::Internal("a writer of files panicked".into()));
+        writers.into_iter().try_for_each(|writer| writer.join().unwrap_or_else(|_| panicked()))
+    })
 }
 
 #[cfg(test)]

@@ -49,7 +49,14 @@ pub(super) fn of(page: &Page, size: &dyn Fn(&str) -> u64) -> String {
 
 fn write_section(out: &mut String, section: &Section, size: &dyn Fn(&str) -> u64) {
     let _ = writeln!(out, "<section>\n<h2>{}</h2>", escaped(&section.title));
-    for block in &section.blocks {
+    for (place, block) in section.blocks.iter().enumerate() {
+        // Tables that follow each other stand side by side where there is room.
+        let is_table = |place: Option<usize>| {
+            place.and_then(|place| section.blocks.get(place)).is_some_and(|block| matches!(block, Block::Table(_)))
+        };
+        if is_table(Some(place)) && !is_table(place.checked_sub(1)) {
+            out.push_str("<div class=\"tables\">\n");
+        }
         match block {
             Block::Text(text) => {
                 let _ = writeln!(out, "<p>{}</p>", escaped(text));
@@ -62,6 +69,9 @@ fn write_section(out: &mut String, section: &Section, size: &dyn Fn(&str) -> u64
             }
             Block::Table(table) => write_table(out, table),
             Block::Downloads(downloads) => write_downloads(out, downloads, size),
+        }
+        if is_table(Some(place)) && !is_table(Some(place + 1)) {
+            out.push_str("</div>\n");
         }
     }
     out.push_str("</section>\n");
@@ -175,6 +185,17 @@ mod tests {
         assert!(!html.contains("<script") && !html.contains('\u{7}'), "{html}");
         assert_eq!(html.matches("&lt;script&gt;&quot;&amp;&#39;\u{fffd}").count(), 20);
         assert!(html.contains("2 kB"));
+    }
+
+    #[test]
+    fn tables_that_follow_each_other_stand_together() {
+        let (text, table) = (Block::Text("a".into()), Block::Table(Table::default()));
+        let blocks = vec![table.clone(), table.clone(), text, table];
+        let page = Page { sections: vec![Section { title: "b".into(), blocks }], ..Page::default() };
+        let html = of(&page, &|_| 0);
+        let (body, tables) = (&html[html.find("<body>").unwrap()..], "<div class=\"tables\">");
+        assert_eq!((body.matches(tables).count(), body.matches("<table>").count()), (2, 3));
+        assert_eq!(body.matches("<div").count(), body.matches("</div>").count());
     }
 
     #[test]
