@@ -1,6 +1,7 @@
 //! The page of the demonstration.
 
 use habitus_core::format::Model;
+use rayon::prelude::*;
 use serde_json::Value;
 
 use super::figures::{DemoFigures, partial};
@@ -108,39 +109,63 @@ fn fitted(scans: &[UnseenScan], fits: &[FaceFit], json: &Value) -> Result<Sectio
          what is missing in the scan comes from the model."
             .into(),
     )];
-    let mut rows = Vec::new();
-    for (number, ((scan, fit), truth)) in scans.iter().zip(fits).zip(&truths).enumerate() {
-        let expression = EXPRESSIONS[scan.expression];
-        let file = |what: &str| format!("pictures/unseen_{number}_{what}.png");
-        let alt = |what: &str| format!("{what} of unseen person {}, {expression}", number + 1);
-        let found = scan.upright(&fit.by_scan.mesh);
-        let raw = cells.clay(&scan.upright(&scan.scan.mesh));
-        let map = cells.coloured(&found, &scale.colours(&fit.by_scan.errors));
-        let figures = &json["scans"][number];
-        let told = |pointer: &str, decimals| Cell::figure(figures, pointer, decimals).text;
-        blocks.push(Block::Strip(Strip {
-            pictures: vec![
-                Picture::of(&raw, file("scan"), alt("Raw scan"), "scan")?,
-                Picture::of(&cells.clay(&found), file("fit"), alt("Fit to the scan"), "fit")?,
-                Picture::of(&cells.clay(truth), file("truth"), alt("True face"), "truth")?,
-                Picture::of(&map, file("error"), alt("Error of the fit"), "error, mm")?,
-            ],
-            legend: Some(legend.clone()),
-            caption: format!(
-                "Person {}, {expression}: mean error {} mm, 95 % within {} mm. The scan has {} points from {}; the scanner saw {} % of the face and {} of its landmarks.",
-                number + 1,
-                told("scan_fit/mean_mm", 2),
-                told("scan_fit/quantile_95_mm", 2),
-                told("points", 0),
-                if scan.scan.views.len() == 1 { "1 view".to_owned() } else { format!("{} views", scan.scan.views.len()) },
-                told("seen_percent", 0),
-                told("landmarks", 0),
-            ),
-        }));
+    let strips: Vec<Strip> = (0..scans.len())
+        .into_par_iter()
+        .map(|number| strip(number, &scans[number], &fits[number], &cells, &scale, &json["scans"][number]))
+        .collect::<Result<_, _>>()?;
+    for mut strip in strips {
+        strip.legend = Some(legend.clone());
+        blocks.push(Block::Strip(strip));
+        // It is written once.
         legend.file.bytes = None;
+    }
+    blocks.push(Block::Table(of_each(scans, json)));
+    Ok(Section { title: "Unseen people: scan, fit, truth, error".into(), blocks })
+}
+
+fn strip(
+    number: usize,
+    scan: &UnseenScan,
+    fit: &FaceFit,
+    cells: &Portraits,
+    scale: &ColourScale,
+    figures: &Value,
+) -> Result<Strip, Error> {
+    let expression = EXPRESSIONS[scan.expression];
+    let file = |what: &str| format!("pictures/unseen_{number}_{what}.png");
+    let alt = |what: &str| format!("{what} of unseen person {}, {expression}", number + 1);
+    let found = scan.upright(&fit.by_scan.mesh);
+    let raw = cells.clay(&scan.upright(&scan.scan.mesh));
+    let truth = cells.clay(&scan.upright(&scan.truth));
+    let map = cells.coloured(&found, &scale.colours(&fit.by_scan.errors));
+    let told = |pointer: &str, decimals| Cell::figure(figures, pointer, decimals).text;
+    Ok(Strip {
+        pictures: vec![
+            Picture::of(&raw, file("scan"), alt("Raw scan"), "scan")?,
+            Picture::of(&cells.clay(&found), file("fit"), alt("Fit to the scan"), "fit")?,
+            Picture::of(&truth, file("truth"), alt("True face"), "truth")?,
+            Picture::of(&map, file("error"), alt("Error of the fit"), "error, mm")?,
+        ],
+        legend: None,
+        caption: format!(
+            "Person {}, {expression}: mean error {} mm, 95 % within {} mm. The scan has {} points from {}; the scanner saw {} % of the face and {} of its landmarks.",
+            number + 1,
+            told("scan_fit/mean_mm", 2),
+            told("scan_fit/quantile_95_mm", 2),
+            told("points", 0),
+            if scan.scan.views.len() == 1 { "1 view".to_owned() } else { format!("{} views", scan.scan.views.len()) },
+            told("seen_percent", 0),
+            told("landmarks", 0),
+        ),
+    })
+}
+
+/// The errors of each face.
+fn of_each(scans: &[UnseenScan], json: &Value) -> Table {
+    let row = |(number, scan): (usize, &UnseenScan)| {
         let cell = |field: &str, decimals| Cell::figure(json, &format!("scans/{number}/{field}"), decimals);
-        rows.push(vec![
-            format!("{} {expression}", number + 1).into(),
+        vec![
+            format!("{} {}", number + 1, EXPRESSIONS[scan.expression]).into(),
             cell("views", 0),
             cell("seen_percent", 1),
             cell("mean_face_error_mm", 2),
@@ -150,8 +175,8 @@ fn fitted(scans: &[UnseenScan], fits: &[FaceFit], json: &Value) -> Result<Sectio
             cell("scan_fit/hidden_mean_mm", 2),
             cell("scan_fit/quantile_95_mm", 2),
             cell("point_fit_error_mm", 2),
-        ]);
-    }
+        ]
+    };
     let head = [
         "person",
         "views",
@@ -164,12 +189,11 @@ fn fitted(scans: &[UnseenScan], fits: &[FaceFit], json: &Value) -> Result<Sectio
         "95 % within",
         "all points",
     ];
-    blocks.push(Block::Table(Table {
+    Table {
         caption: "Errors of each face in mm: of the mean face, of the fit to landmarks, of the fit to the scan (whole, where seen, where hidden, 95 % of the vertices), and of the fit to all true points.".into(),
         head: head.map(str::to_owned).to_vec(),
-        rows,
-    }));
-    Ok(Section { title: "Unseen people: scan, fit, truth, error".into(), blocks })
+        rows: scans.iter().enumerate().map(row).collect(),
+    }
 }
 
 fn errors(scans: &[UnseenScan], fits: &[FaceFit]) -> Result<Section, Error> {
@@ -219,7 +243,7 @@ fn quality(model: &Model<'_>, learned: &Learned, figures: &DemoFigures) -> Resul
     let picture = |(face, name): (_, &&str)| {
         Picture::of(&cells.clay(face), format!("pictures/mean_{name}.png"), format!("The mean face, {name}"), *name)
     };
-    let pictures = faces.iter().zip(&EXPRESSIONS).map(picture).collect::<Result<Vec<_>, _>>()?;
+    let pictures = faces.par_iter().zip(&EXPRESSIONS).map(picture).collect::<Result<Vec<_>, _>>()?;
     let mut blocks: Vec<Block> = pictures
         .chunks(4)
         .map(|pictures| Block::Strip(Strip { pictures: pictures.to_vec(), ..Strip::default() }))

@@ -206,7 +206,7 @@ fn pictures(shown: &FitShown) -> Result<Section, Error> {
     );
     for (name, view) in views {
         let cells = Portraits { view: *view, ..all };
-        let file = |what: &str| format!("pictures/{}_{what}.png", name.replace(' ', "_").replace('-', "_"));
+        let file = |what: &str| format!("pictures/{}_{what}.png", name.replace([' ', '-'], "_"));
         let alt = |what: &str| format!("{what}, seen from: {name}");
         let picture = |image, what: &str, caption: &str| Picture::of(&image, file(what), alt(caption), caption);
         blocks.push(Block::Strip(Strip {

@@ -1,6 +1,7 @@
 //! Sections on a model for a page: what its weights do, and how good it is.
 
 use habitus_core::format::{Mode, Model};
+use rayon::prelude::*;
 
 use super::modes::{DEVIATIONS, ModeShape, largest_modes, mean_shape};
 use super::page::{Block, Download, File, Picture, Section, Strip};
@@ -35,6 +36,8 @@ pub fn modes(model: &Model<'_>) -> Result<Section, Error> {
     let all = shown.iter().flat_map(|(_, modes)| modes);
     let cells = Portraits::holding(PORTRAIT, all.flat_map(|m| [&m.low, &m.high]).chain([&mean]), Some(LINING));
     let mut mean_picture = Picture::of(&cells.clay(&mean), "pictures/mean.png", "The mean shape", "mean")?;
+    // It is written with the first strip alone.
+    let mut mean_bytes = mean_picture.file.bytes.take();
     let mut blocks = vec![Block::Text(format!(
         "For each mode the weights that move the surface most, each alone at {DEVIATIONS} standard deviations of the training data below and above \
          its mean. The colours say how far {DEVIATIONS} standard deviations move each point."
@@ -52,14 +55,19 @@ pub fn modes(model: &Model<'_>) -> Result<Section, Error> {
         let mode = name(*mode);
         let legend = format!("pictures/{mode}_legend.png");
         let mut legend = Picture::of(&cells.legend(&bar), legend, "Legend of the colours, mm", "")?;
-        for shape in modes {
+        let strips: Vec<Strip> = modes
+            .par_iter()
+            .map(|shape| strip(shape, mode, &cells, (&mean_picture, &mean), &scale))
+            .collect::<Result<_, _>>()?;
+        for (shape, mut strip) in modes.iter().zip(strips) {
             let number = shape.weight + 1;
-            let mut strip = strip(shape, mode, &cells, (&mean_picture, &mean), &scale)?;
             strip.legend = Some(legend.clone());
-            blocks.push(Block::Strip(strip));
-            // Both are written once.
+            // Legend and mean are written once.
             legend.file.bytes = None;
-            mean_picture.file.bytes = None;
+            if let (Some(bytes), Some(picture)) = (mean_bytes.take(), strip.pictures.get_mut(1)) {
+                picture.file.bytes = Some(bytes);
+            }
+            blocks.push(Block::Strip(strip));
             for (side, sign, mesh) in [("minus", "\u{2212}", &shape.low), ("plus", "+", &shape.high)] {
                 downloads.push(Download {
                     file: glb(format!("{mode}_{number}_{side}"), mesh)?,
