@@ -78,7 +78,7 @@ fn checked(folder: &Path, least_pictures: usize, least_figures: usize) -> (Strin
 fn demo_and_reports_are_pages() {
     let folder = folder();
     let path = |name: &str| folder.join(name).display().to_string();
-    let small = ["demo", "--identities", "14", "--unseen", "2", "-o"];
+    let small = ["demo", "--identities", "20", "--unseen", "2", "-o"];
     let mut said = json(&[&small[..], &[&path("demo")]].concat());
     let (html, told) = checked(&folder.join("demo"), 40, 30);
     assert!(html.contains("The population is procedural: no person was scanned."));

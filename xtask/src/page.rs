@@ -16,7 +16,7 @@ pub fn run() -> Result<()> {
     }
     let [demo, fit, model, shots] = ["demo", "fit", "model", "shots"].map(|name| folder.join(name));
     let habitus = || cargo(&["run", "--quiet", "-p", "habitus", "--bin", "habitus", "--"]);
-    succeed(habitus().args(["demo", "--identities", "8", "--unseen", "2", "-o"]).arg(&demo))?;
+    succeed(habitus().args(["demo", "--identities", "20", "--unseen", "2", "-o"]).arg(&demo))?;
     let of_demo = |name: &str| demo.join(name);
     succeed(
         habitus()
