@@ -449,22 +449,6 @@ fn info_tells_how_the_faces_hang_together() {
 }
 
 #[test]
-fn demo_leaves_everything() {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("demo");
-    let _ = std::fs::remove_dir_all(&folder);
-    let output = folder.display().to_string();
-    let figures = json(&["demo", "--identities", "20", "-o", &output]);
-    assert_eq!(figures["procedural"], true);
-    let error = |name: &str| figures[name].as_f64().unwrap();
-    let (mean, landmarks, points) =
-        (error("unseen_mean_face_error_mm"), error("unseen_landmark_fit_error_mm"), error("unseen_point_fit_error_mm"));
-    assert!(landmarks < 0.75 * mean && points < 0.5 * landmarks, "{figures}");
-    for name in ["face.hab", "faces.png", "figures.json", "mean_smile.glb", "unseen_0_neutral_point_fit.ply"] {
-        assert!(folder.join(name).metadata().unwrap().len() > 100, "{name}");
-    }
-}
-
-#[test]
 fn clean_writes_a_sound_mesh_and_tells_what_it_did() {
     let work = work();
     let (input, output, report) = (work.path("broken.obj"), work.path("sound.ply"), work.path("sound.json"));

@@ -28,6 +28,7 @@ mod lint;
 mod nightly;
 mod nightly_compiler;
 mod no_panic;
+mod page;
 mod process;
 mod rust_hosts;
 mod sizes;
@@ -63,6 +64,8 @@ enum Command {
     Wasm(wasm::Options),
     /// Drives the assembled page in a headless Chromium.
     Web,
+    /// Makes the pages of `demo`, `fit` and `measure model` and opens them in a headless Chromium.
+    Page,
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
     /// Feeds hostile inputs to every reader and compares the kernel with its reference, for a short time.
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Command::Cross(options) => cross::run(&options),
         Command::Wasm(options) => wasm::run(&options),
         Command::Web => wasm::web(),
+        Command::Page => page::run(),
         Command::NoPanic => no_panic::run(),
         Command::Fuzz(options) => fuzz::run(&options),
         Command::Gltf(options) => gltf::run(&options),

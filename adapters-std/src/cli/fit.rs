@@ -14,10 +14,11 @@ use crate::generate::deviations_of_weights;
 use crate::io::landmarks::LandmarkFile;
 use crate::io::model::opened;
 use crate::io::{self, landmarks_npy};
-use crate::measure::distance::Target;
 use crate::mesh::Mesh;
 use crate::register::scan_fit::{ScanFit, ScanFitOptions, fit_scan, in_model_order};
-use crate::report::{ColourBar, ColourScale, Figure, Finish, Scene, rounded_up};
+use crate::report::fit_page::{FitReport, marked_names};
+use crate::report::fit_shown::FitShown;
+use crate::report::{Figure, Finish, Image, Scene};
 use crate::spatial::frame_recovery::Unit;
 
 /// Arguments of `fit`.
@@ -39,6 +40,9 @@ pub(super) struct FitArgs {
     /// Draw scan, fit, and their distance
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
+    /// Write a page for a browser: pictures, distances, landmarks, weights, meshes
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
     /// Pixels of the longer side of each view in the picture
     #[arg(long, default_value_t = 480, value_name = "PIXELS", value_parser = clap::value_parser!(u16).range(16..=4096))]
     size: u16,
@@ -87,10 +91,29 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
         io::mesh::write(path, &fitted)?;
     }
     if let Some(path) = &args.png {
-        let figure = figure(args, &fit, &scan, &fitted)?;
-        figure.drawn(args.size.into()).write_png(path)?;
+        picture(args, &FitShown::new(&fit, &scan, &fitted)?).write_png(path)?;
     }
-    console.result(&text(args, &fit, seconds), object(args, &model, &fit, seconds))
+    let marked: Vec<bool> = landmarks.iter().map(Option::is_some).collect();
+    let mut object = object(args, &model, &fit, &marked);
+    if let Some(folder) = &args.report {
+        let report = FitReport {
+            model: &model,
+            model_name: &file_name(&args.model),
+            scan: &scan,
+            scan_name: &file_name(&args.scan),
+            fit: &fit,
+            options: &options,
+            fitted: &fitted,
+            marked: &marked,
+            figures: &object,
+        };
+        report.page()?.write(folder)?;
+    }
+    object["seconds"] = seconds.into();
+    for (name, path) in [("output", &args.output), ("png", &args.png), ("report", &args.report)] {
+        object[name] = path.as_deref().map(shown).into();
+    }
+    console.result(&text(args, &fit, seconds), object)
 }
 
 /// The landmarks in the order of the model.
@@ -119,64 +142,23 @@ fn landmarks(
     Ok(ordered)
 }
 
-/// What is drawn: all in the frame of the model and in millimetres, so that faces look at the viewer.
-struct Drawn {
-    title: String,
-    scan: Mesh,
-    fitted: Mesh,
-    colours: Vec<[u8; 3]>,
-    bar: ColourBar,
-    caption: String,
+/// Scan, fit and distance from three sides, in the frame of the model and in millimetres, so that faces look at the viewer.
+fn picture(args: &FitArgs, shown: &FitShown) -> Image {
+    let plain = |mesh| Scene { finish: Finish::Even, ..Scene::new([mesh]) };
+    let colours = shown.colours();
+    let mut map = plain(&shown.fitted);
+    map.meshes.iter_mut().for_each(|placed| placed.colours = Some(&colours));
+    let caption = format!("distance of the fit from the scan: median {:.2} mm", shown.quantile(0.5));
+    let rows = vec![("scan".to_owned(), plain(&shown.scan)), ("fit".to_owned(), plain(&shown.fitted)), (caption, map)];
+    let title = format!("{} fitted to {}", file_name(&args.model), file_name(&args.scan));
+    let mut figure =
+        Figure { bar: Some(shown.bar("distance, mm")), picture_size: args.size.into(), ..Figure::new(title, rows) };
+    figure.views.truncate(3);
+    figure.drawn()
 }
 
-fn figure(args: &FitArgs, fit: &ScanFit, scan: &Mesh, fitted: &Mesh) -> Result<Drawn, Error> {
-    let mm = fit.unit.millimetres();
-    let upright = |p: &[f64; 3]| -> [f64; 3] {
-        let (r, t) = (&fit.placement.rotation, &fit.placement.translation);
-        std::array::from_fn(|axis| mm * (0..3).map(|row| r[row][axis] * (p[row] - t[row])).sum::<f64>())
-    };
-    let turned =
-        |n: &[f64; 3]| std::array::from_fn(|axis| (0..3).map(|row| fit.placement.rotation[row][axis] * n[row]).sum());
-    let moved = |mesh: &Mesh| Mesh {
-        positions: mesh.positions.iter().map(upright).collect(),
-        normals: mesh.normals.iter().map(turned).collect(),
-        ..mesh.clone()
-    };
-    let (scan, fitted) = (moved(scan), moved(fitted));
-    let distances = Target::new(&scan)?.distances(&fitted.positions);
-    let shown: Vec<f64> = distances.iter().map(|d| if d.at_boundary { f64::NAN } else { d.distance }).collect();
-    let mut sorted: Vec<f64> = shown.iter().copied().filter(|d| d.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    let limit = rounded_up(sorted.get(sorted.len() * 9 / 10).copied().unwrap_or(1.0).max(1e-3));
-    let scale = ColourScale::sequential(0.0, limit);
-    let mut bar = ColourBar::of(scale, "distance, mm", &shown);
-    bar.missing_label = "beyond the scan".into();
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-    let name = |path: &Path| path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    Ok(Drawn {
-        title: format!("{} fitted to {}", name(&args.model), name(&args.scan)),
-        caption: format!("distance of the fit from the scan: median {median:.2} mm"),
-        colours: scale.colours(&shown),
-        scan,
-        fitted,
-        bar,
-    })
-}
-
-impl Drawn {
-    fn drawn(&self, picture_size: usize) -> crate::report::Image {
-        let plain = |mesh| Scene { finish: Finish::Even, ..Scene::new([mesh]) };
-        let mut map = plain(&self.fitted);
-        map.meshes.iter_mut().for_each(|placed| placed.colours = Some(&self.colours));
-        let rows = vec![
-            ("scan".to_owned(), plain(&self.scan)),
-            ("fit".to_owned(), plain(&self.fitted)),
-            (self.caption.clone(), map),
-        ];
-        let mut figure = Figure { bar: Some(self.bar.clone()), picture_size, ..Figure::new(self.title.clone(), rows) };
-        figure.views.truncate(3);
-        figure.drawn()
-    }
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 fn text(args: &FitArgs, fit: &ScanFit, seconds: f64) -> String {
@@ -195,10 +177,13 @@ fn text(args: &FitArgs, fit: &ScanFit, seconds: f64) -> String {
     for path in [&args.output, &args.png].into_iter().flatten() {
         let _ = writeln!(text, "{}: written", path.display());
     }
+    if let Some(folder) = &args.report {
+        let _ = writeln!(text, "{}: written", folder.join("index.html").display());
+    }
     text
 }
 
-fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, seconds: f64) -> Value {
+fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, marked: &[bool]) -> Value {
     json!({
         "scan": shown(&args.scan),
         "unit": fit.unit.symbol(),
@@ -211,13 +196,11 @@ fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, seconds: f64) -> Val
             "rotation": fit.placement.rotation,
             "translation": fit.placement.translation,
         },
+        "landmarks": marked_names(model, marked),
         "landmark_residuals_mm": fit.landmark_residuals,
         "median_mm": fit.median,
         "sigma_mm": fit.sigma,
         "coverage_percent": 100.0 * fit.coverage,
         "points": fit.n_points,
-        "seconds": seconds,
-        "output": args.output.as_deref().map(shown),
-        "png": args.png.as_deref().map(shown),
     })
 }

@@ -1,30 +1,31 @@
 //! `habitus measure model`: compactness, generalization, specificity, and errors on unseen faces.
 
 use std::fmt::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use habitus_core::format::Mode;
 use serde_json::{Value, json};
 
-use super::Console;
 use super::info::energy_percent;
 use super::train_face::{Align, Tucker};
+use super::{Console, shown};
 use crate::Error;
 use crate::face::hooi::HooiOptions;
 use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
-use crate::face::projection::ProjectionOptions;
+use crate::face::multilinear::MultilinearModel;
 use crate::face::tensor::ShapeTensor;
-use crate::face::training_data::tensor;
+use crate::face::training_data::{Template, tensor};
 use crate::io;
-use crate::io::model::opened;
+use crate::io::model::{ModelSource, hab, opened};
 use crate::measure::compactness::{ModeCompactness, compactness};
-use crate::measure::generalization::{CurvePoint, GeneralizationOptions, generalization};
+use crate::measure::curves::{Curves, curve_sizes, described};
 use crate::measure::kernel_fit::unseen_error_through_kernel;
-use crate::measure::specificity::{SpecificityOptions, specificity};
 use crate::measure::unseen::unseen_error;
 use crate::measure::vertex_error::{MeanError, mean_vertex_distances};
 use crate::register::gpa::{GpaOptions, align_each, align_in_place};
+use crate::report::model_page::ModelReport;
+use crate::report::page::Page;
 
 /// Arguments of `measure model`.
 #[derive(Debug, Args)]
@@ -52,6 +53,12 @@ pub(super) struct ModelArgs {
     /// Leave the generalization and specificity curves out, which take nearly all of the time (20 s for 600 shapes of 2800 vertices on two cores)
     #[arg(long)]
     no_curves: bool,
+    /// Write a page for a browser: plots, tables, pictures and meshes of the mean and of what the weights do, of the first of --dims
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
+    /// The triangles of training data for the pictures of --report, as for `train face`; without them points are drawn
+    #[arg(long, value_name = "FILE", requires = "report")]
+    template: Option<PathBuf>,
 }
 
 /// `20x10`.
@@ -95,17 +102,49 @@ pub(super) fn run(args: &ModelArgs, console: &Console) -> Result<(), Error> {
         "expressions": shapes.n_expressions(),
         "vertices": shapes.n_vertices(),
     });
-    sizes(args, &shapes, unseen.as_ref(), &mut text, &mut object, console)?;
+    // Read first: a file that is not there should not cost the minutes of the curves.
+    let template = Template::read(&shapes, args.template.as_deref(), None, None)?;
+    let model = sizes(args, &shapes, unseen.as_ref(), &mut text, &mut object, console)?;
+    let mut measured = None;
     if shapes.n_identities() < 2 && !args.no_curves {
         console.warn("generalization leaves one identity out and the data hold one, so the curves are left out");
     } else if !args.no_curves {
-        curves(args, &shapes, &mut text, &mut object, console)?;
+        measured = Some(curves(args, &shapes, &mut text, &mut object, console)?);
+    }
+    if let Some(folder) = &args.report {
+        let mut source = ModelSource::of_multilinear(&model);
+        source.faces = template.faces;
+        let bytes = hab::bytes(&source)?;
+        let all = compactness(&model);
+        let page = ModelReport {
+            model: &opened(&bytes, &args.data)?,
+            name: &file_name(args),
+            compactness: [&all.identity.percent, &all.expression.percent],
+            curves: measured.as_ref(),
+            figures: &object,
+        }
+        .page()?;
+        written(&page, folder, &mut text, &mut object)?;
     }
     console.result(&text, object)
 }
 
+fn file_name(args: &ModelArgs) -> String {
+    args.data.file_name().unwrap_or(args.data.as_os_str()).to_string_lossy().into_owned()
+}
+
+fn written(page: &Page, folder: &Path, text: &mut String, object: &mut Value) -> Result<(), Error> {
+    page.write(folder)?;
+    let _ = writeln!(text, "\n{}: written", folder.join("index.html").display());
+    object["report"] = shown(folder).into();
+    Ok(())
+}
+
 /// Figures of a model file: what its weights hold, and the error on unseen faces.
 fn of_file(args: &ModelArgs, console: &Console) -> Result<(), Error> {
+    if args.template.is_some() {
+        return Err(Error::input("--template is for training data; a model file has its own triangles"));
+    }
     if !args.dims.is_empty() {
         return Err(Error::input(
             "--dims trains models of several sizes and needs training data; a model file has its own size",
@@ -140,10 +179,22 @@ fn of_file(args: &ModelArgs, console: &Console) -> Result<(), Error> {
         object["unseen_error_mean_mm"] = error.mean.into();
         object["unseen_error_standard_error_mm"] = error.standard_error.into();
     }
+    if let Some(folder) = &args.report {
+        let [identity, expression] = [Mode::Identity, Mode::Pose].map(|mode| energy_percent(&model, mode));
+        let page = ModelReport {
+            model: &model,
+            name: &file_name(args),
+            compactness: [&identity, &expression],
+            curves: None,
+            figures: &object,
+        }
+        .page()?;
+        written(&page, folder, &mut text, &mut object)?;
+    }
     console.result(&text, object)
 }
 
-/// Trains every size and measures it; the compactness comes with the first.
+/// Trains every size and measures it; the compactness comes with the first, which is returned.
 fn sizes(
     args: &ModelArgs,
     shapes: &ShapeTensor,
@@ -151,7 +202,7 @@ fn sizes(
     text: &mut String,
     object: &mut Value,
     console: &Console,
-) -> Result<(), Error> {
+) -> Result<MultilinearModel, Error> {
     let hooi = (args.tucker == Tucker::Hooi).then(HooiOptions::default);
     let mut options: Vec<HosvdOptions> = args
         .dims
@@ -166,6 +217,7 @@ fn sizes(
         options.push(HosvdOptions { hooi, ..HosvdOptions::default() });
     }
     let mut rows = Vec::new();
+    let mut first = None;
     let mut progress = console.progress("sizes");
     for (done, options) in options.iter().enumerate() {
         progress(done, args.dims.len());
@@ -216,23 +268,16 @@ fn sizes(
             "identity_energy_percent": energy[0],
             "expression_energy_percent": energy[1],
         }));
+        first.get_or_insert(model);
     }
     progress(args.dims.len(), args.dims.len());
     object["sizes"] = rows.into();
-    Ok(())
+    first.ok_or_else(|| Error::Internal("no size was trained".into()))
 }
 
 fn shares(mode: &ModeCompactness) -> String {
-    let shown = dims(mode.percent.len()).into_iter().map(|k| format!("{k}: {:.2}", mode.percent[k - 1]));
+    let shown = curve_sizes(mode.percent.len()).into_iter().map(|k| format!("{k}: {:.2}", mode.percent[k - 1]));
     shown.collect::<Vec<_>>().join(", ")
-}
-
-/// Sizes at which curves are measured: all small ones, then steps.
-fn dims(count: usize) -> Vec<usize> {
-    let steps = [1, 2, 3, 4, 5, 7, 10, 15, 20, 30, 40, 50, 70, 100];
-    let mut dims: Vec<usize> = steps.into_iter().filter(|&dim| dim < count).collect();
-    dims.push(count);
-    dims
 }
 
 fn curves(
@@ -241,43 +286,21 @@ fn curves(
     text: &mut String,
     object: &mut Value,
     console: &Console,
-) -> Result<(), Error> {
-    let (identity_dims, expression_dims) = (dims(shapes.n_identities()), dims(shapes.n_expressions()));
-    let options = GeneralizationOptions {
-        // One identity is left out, so one weight fewer can be learned.
-        identity_dims: dims(shapes.n_identities() - 1),
-        expression_dims: expression_dims.clone(),
-        projection: ProjectionOptions::default(),
-    };
-    let general = generalization(shapes, &options, &mut console.progress("generalization"))?;
-    let options =
-        SpecificityOptions { identity_dims, expression_dims, samples: args.samples as usize, seed: args.seed };
-    let specific = specificity(shapes, &options, &mut console.progress("specificity"))?;
-    for (name, title, curve) in [
-        ("generalization_identity", "generalization by identity weights, one identity left out", &general.identity),
-        (
-            "generalization_expression",
-            "generalization by expression weights, one identity left out",
-            &general.expression,
-        ),
-        (
-            "generalization_unseen_expression",
-            "generalization by expression weights, one expression left out",
-            &general.unseen_expression,
-        ),
-        ("specificity_identity", "specificity by identity weights", &specific.identity),
-        ("specificity_expression", "specificity by expression weights", &specific.expression),
-    ] {
+) -> Result<Curves, Error> {
+    let found = Curves::of(
+        shapes,
+        args.samples as usize,
+        args.seed,
+        &mut console.progress("generalization"),
+        &mut console.progress("specificity"),
+    )?;
+    for (name, title, curve) in found.named() {
         let points: Vec<String> = curve
             .iter()
             .map(|point| format!("{}: {:.3} +- {:.3}", point.dim, point.error.mean, point.error.standard_error))
             .collect();
         let _ = writeln!(text, "\n{title}, mm (+- standard error)\n  {}", points.join(", "));
-        object[name] = curve.iter().map(described).collect();
+        object[name] = described(curve);
     }
-    Ok(())
-}
-
-fn described(point: &CurvePoint) -> Value {
-    json!({ "dim": point.dim, "mean_mm": point.error.mean, "standard_error_mm": point.error.standard_error })
+    Ok(found)
 }

@@ -1,6 +1,7 @@
 //! How good a model is.
 
 pub mod compactness;
+pub mod curves;
 pub mod distance;
 pub mod generalization;
 pub mod kernel_fit;

@@ -35,6 +35,13 @@ impl Similarity {
         })
     }
 
+    /// The point of which `y` is the image.
+    pub fn inverse_point(&self, y: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| {
+            (0..3).map(|row| self.rotation[row][axis] * (y[row] - self.translation[row])).sum::<f64>() / self.scale
+        })
+    }
+
     /// Moves every point of `shape` (xyz after xyz).
     pub fn apply_in_place(&self, shape: &mut [f64]) {
         for x in shape.as_chunks_mut::<3>().0 {

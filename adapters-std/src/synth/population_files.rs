@@ -11,6 +11,7 @@ use crate::Error;
 use crate::io::{self, atomic, npy};
 use crate::mesh::Mesh;
 use crate::report::View;
+use crate::report::portrait::LINING;
 use crate::report::sheet::contact_sheet;
 
 /// Where the parts of a population were written.
@@ -32,8 +33,6 @@ pub struct PopulationFiles {
     pub expressions: Vec<String>,
 }
 
-/// sRGB colour behind an open mouth.
-pub const LINING: [u8; 3] = [90, 50, 48];
 /// People on the contact sheet.
 const SHOWN: usize = 6;
 
