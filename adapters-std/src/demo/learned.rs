@@ -4,6 +4,7 @@ use super::{Clock, DemoOptions};
 use crate::Error;
 use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
 use crate::face::multilinear::MultilinearModel;
+use crate::face::remainder::{N_COMPONENTS, remainder};
 use crate::face::tensor::ShapeTensor;
 use crate::io::model::{ModelSource, hab};
 use crate::measure::compactness::{Compactness, compactness};
@@ -46,7 +47,7 @@ impl Learned {
         let people =
             FacePopulation::of(&FaceOptions { identities: options.identities, seed: options.seed, level: LEVEL })?;
         clock.done(1);
-        clock.stage("learning the model", 3);
+        clock.stage("learning the model", 4);
         let (d2, d3, n) = (people.factors.len(), EXPRESSIONS.len(), people.grid.n_vertices());
         let mut shapes = ShapeTensor::from_array(d2, d3, n, &people.tensor)?;
         align_in_place(shapes.data_mut(), 3 * n, &GpaOptions::default())?;
@@ -60,8 +61,12 @@ impl Learned {
         clock.done(2);
         let errors = mean_vertex_distances(shapes.data(), &model.training_shapes()?, 3 * n);
         let training_error = MeanError::of(&errors).map_or(0.0, |error| error.mean);
-        let bytes = hab::bytes(&source(&model, &people, options))?;
         clock.done(3);
+        let missed = remainder(&shapes, [model.identity.dim, model.expression.dim], N_COMPONENTS)?;
+        let mut source = source(&model, &people, options);
+        source.remainder = missed.components;
+        let bytes = hab::bytes(&source)?;
+        clock.done(4);
 
         clock.stage("measuring the model", 1);
         let curve_people = d2.min(CURVE_PEOPLE);
