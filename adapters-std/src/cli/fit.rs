@@ -66,6 +66,7 @@ impl UnitName {
 
 pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     args.png.as_deref().map(|path| expect_extension(path, "png")).transpose()?;
+    args.output.as_deref().map(io::mesh::expect_written).transpose()?;
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let scan = io::mesh::read(&args.scan)?;
@@ -90,7 +91,13 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
         let figure = figure(args, &fit, &scan, &fitted)?;
         figure.drawn(args.size.into()).write_png(path)?;
     }
-    console.result(&text(args, &fit, seconds), object(args, &model, &fit, seconds))
+    let names: Option<Vec<&str>> = model.landmark_names().map(|names| names.iter().collect());
+    let marked = |names: Vec<&str>| -> Value {
+        names.into_iter().zip(&landmarks).filter(|(_, point)| point.is_some()).map(|(name, _)| name).collect()
+    };
+    let mut object = object(args, &model, &fit, seconds);
+    object["landmarks"] = names.map_or(Value::Null, marked);
+    console.result(&text(args, &fit, seconds), object)
 }
 
 /// The landmarks in the order of the model.

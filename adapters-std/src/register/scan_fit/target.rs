@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sides::{ScanSurface, agreeing, turn_outwards};
 use crate::Error;
 use crate::mesh::Mesh;
-use crate::mesh::Topology;
 use crate::mesh::sampling::thinned_by_voxels;
 use crate::spatial::{CloudNormalOptions, Outside, PointTree, cloud_normals};
 
@@ -43,7 +43,8 @@ const NEIGHBOURHOOD: f64 = 2.0;
 impl Target {
     /// The part of `scan` in `region`: one point for each cell of side `cell` mm, of larger cells when there are more than `most` points.
     ///
-    /// Normals are those of the faces; a cloud keeps its own, or gets those of its neighbourhoods, turned to where the face looks.
+    /// Normals are those of the faces; a cloud keeps its own when they agree about the outside, else it gets those of its neighbourhoods,
+    /// turned to where the face looks.
     ///
     /// # Errors
     /// [`Error::Input`] when no point lies in the region.
@@ -68,19 +69,27 @@ impl Target {
         }
         let points: Vec<[f64; 3]> = chosen.iter().map(|&i| positions[i as usize]).collect();
         let vertices: Vec<u32> = chosen.iter().map(|&i| inside[i as usize]).collect();
-        let picked = |normals: &[[f64; 3]]| vertices.iter().map(|&v| normals[v as usize]).collect::<Vec<_>>();
-        let normals = if !scan.faces.is_empty() {
-            picked(&scan.vertex_normals())
-        } else if !scan.normals.is_empty() {
-            picked(&scan.normals)
-        } else {
-            let viewpoint = (DVec3::from_array(region.front) * VIEWPOINT * region.radius).to_array();
-            let options = CloudNormalOptions { outside: Outside::Towards(viewpoint), ..CloudNormalOptions::default() };
-            cloud_normals(&points, &options)?.normals
+        let picked = |normals: &[[f64; 3]]| -> Vec<[f64; 3]> {
+            vertices.iter().map(|&v| crate::mesh::unit(normals[v as usize])).collect()
         };
-        let normals: Vec<[f64; 3]> = normals.into_iter().map(crate::mesh::unit).collect();
-        let of_scan = boundary_vertices(scan);
-        let at_boundary = vertices.iter().map(|&v| of_scan.get(v as usize).copied().unwrap_or(false)).collect();
+        let (normals, at_boundary) = if scan.faces.is_empty() {
+            let own = Some(&scan.normals).filter(|normals| !normals.is_empty());
+            let normals = match own.and_then(|normals| agreeing(&points, picked(normals), region)) {
+                Some(normals) => normals,
+                None => {
+                    let viewpoint = DVec3::from_array(region.front) * VIEWPOINT * region.radius;
+                    let outside = Outside::Towards(viewpoint.to_array());
+                    cloud_normals(&points, &CloudNormalOptions { outside, ..CloudNormalOptions::default() })?.normals
+                }
+            };
+            (normals, vec![false; points.len()])
+        } else {
+            let surface = ScanSurface::new(scan);
+            let mut normals = picked(&surface.normals);
+            let patches: Vec<Option<u32>> = vertices.iter().map(|&v| surface.patches[v as usize]).collect();
+            turn_outwards(&points, &mut normals, &patches, region);
+            (normals, vertices.iter().map(|&v| surface.at_boundary[v as usize]).collect())
+        };
         let tree = PointTree::new(&points)?;
         let normals = smoothed(&tree, &points, &normals, NEIGHBOURHOOD * cell, coherence);
         Ok(Target { tree, points, normals, at_boundary, cell })
@@ -98,16 +107,90 @@ fn smoothed(tree: &PointTree, points: &[[f64; 3]], normals: &[[f64; 3]], radius:
     points.par_iter().map(mean).collect()
 }
 
-/// Whether each vertex lies on an edge of one face only; nothing for a cloud.
-pub(super) fn boundary_vertices(mesh: &Mesh) -> Vec<bool> {
-    if mesh.faces.is_empty() {
-        return Vec::new();
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{face, region};
+    use super::*;
+
+    fn cloud() -> Mesh {
+        Mesh { faces: Vec::new(), ..face(&[], &[]) }
     }
-    let mut at_boundary = vec![false; mesh.positions.len()];
-    for edge in Topology::new(mesh.positions.len(), &mesh.faces).edges() {
-        if edge.faces.len() == 1 {
-            edge.vertices.iter().for_each(|&vertex| at_boundary[vertex as usize] = true);
-        }
+
+    fn made(scan: &Mesh, region: &Region, cell: f64, most: usize) -> Target {
+        Target::new(scan, region, cell, most, 0.9).expect("a target")
     }
-    at_boundary
+
+    #[test]
+    fn points_are_thinned_to_cells_and_to_a_number() {
+        let scan = cloud();
+        let all = made(&scan, &region(), 1e-3, 10_000);
+        assert_eq!((all.points.len(), all.cell), (scan.positions.len(), 1e-3));
+        let fewer = made(&scan, &region(), 1e-3, 200);
+        assert!(fewer.points.len() <= 200 && fewer.points.len() > 50 && fewer.cell > 5.0, "{}", fewer.points.len());
+        let cells: std::collections::HashSet<[i64; 3]> = {
+            let low: [f64; 3] = std::array::from_fn(|k| scan.positions.iter().map(|p| p[k]).fold(f64::MAX, f64::min));
+            let cell = |p: &[f64; 3]| std::array::from_fn(|k| ((p[k] - low[k]) / fewer.cell).floor() as i64);
+            fewer.points.iter().map(cell).collect()
+        };
+        assert_eq!(cells.len(), fewer.points.len());
+    }
+
+    #[test]
+    fn only_the_region_counts_in_its_unit() {
+        let mut scan = cloud();
+        let n = made(&scan, &region(), 2.5, 6000).points.len();
+        scan.positions.push([0.0, 0.0, 900.0]);
+        assert_eq!(made(&scan, &region(), 2.5, 6000).points.len(), n);
+        // The same in metres about a centre elsewhere.
+        scan.positions.iter_mut().for_each(|p| *p = [p[0] / 1e3 + 5.0, p[1] / 1e3, p[2] / 1e3]);
+        let metres = Region { unit_mm: 1e3, centre: [5.0, 0.0, 0.0], ..region() };
+        let there = made(&scan, &metres, 2.5, 6000);
+        assert!(there.points.len().abs_diff(n) < n / 50, "{} {n}", there.points.len());
+        let elsewhere = Region { centre: [9.0, 0.0, 0.0], ..metres };
+        let said = Target::new(&scan, &elsewhere, 2.5, 6000, 0.9).err().expect("refused").to_string();
+        assert!(said.contains("no point of the scan lies within 200 mm") && said.contains("frame and unit"), "{said}");
+    }
+
+    #[test]
+    fn clouds_get_normals_towards_the_front() {
+        let scan = face(&[], &[]);
+        let of_faces = scan.vertex_normals();
+        let check = |target: &Target| {
+            let tree = PointTree::new(&scan.positions).expect("points");
+            let agrees = |(p, n): (&[f64; 3], &[f64; 3])| {
+                let own = of_faces[tree.nearest(*p).index as usize];
+                DVec3::from_array(own).dot(DVec3::from_array(*n)) > 0.7
+            };
+            let there: Vec<bool> =
+                target.points.iter().zip(&target.normals).filter(|(_, n)| **n != [0.0; 3]).map(agrees).collect();
+            let right = there.iter().filter(|right| **right).count();
+            assert!(
+                there.len() > target.points.len() / 2 && right > there.len() * 19 / 20,
+                "{right} of {}",
+                there.len()
+            );
+        };
+        check(&made(&cloud(), &region(), 2.5, 6000));
+        // A face that looks down -z, and its region with it.
+        let back = |p: &[f64; 3]| [-p[0], p[1], -p[2]];
+        let turned = Mesh { positions: cloud().positions.iter().map(back).collect(), ..Mesh::default() };
+        let mut target = made(&turned, &Region { front: [0.0, 0.0, -1.0], ..region() }, 2.5, 6000);
+        target.points.iter_mut().chain(&mut target.normals).for_each(|v| *v = back(v));
+        check(&target);
+    }
+
+    #[test]
+    fn normals_that_do_not_agree_are_dropped() {
+        let points: Vec<[f64; 3]> = (0..100).map(|k| [f64::from(k % 10), f64::from(k / 10), 0.0]).collect();
+        let hairy = |k: usize| {
+            if points[k][0] < 5.0 {
+                [0.0, 0.0, 1.0]
+            } else {
+                [1.0, 0.0, 0.0].map(|x: f64| if k.is_multiple_of(2) { x } else { -x })
+            }
+        };
+        let normals: Vec<[f64; 3]> = (0..100).map(hairy).collect();
+        let smooth = smoothed(&PointTree::new(&points).expect("points"), &points, &normals, 2.0, 0.9);
+        assert_eq!((smooth[52], smooth[58]), ([0.0, 0.0, 1.0], [0.0; 3]));
+    }
 }
