@@ -70,6 +70,7 @@ impl UnitName {
 
 pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     args.png.as_deref().map(|path| expect_extension(path, "png")).transpose()?;
+    args.output.as_deref().map(io::mesh::expect_written).transpose()?;
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let scan = io::mesh::read(&args.scan)?;

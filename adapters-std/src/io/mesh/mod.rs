@@ -83,6 +83,23 @@ pub fn read_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<MeshFi
     parse(&file_bytes(path)?, path, options)
 }
 
+/// Refuses a path whose extension is not written, before anything is computed for it.
+///
+/// # Errors
+/// [`Error::Input`] with the extensions that are.
+pub fn expect_written(path: &Path) -> Result<(), Error> {
+    format_of(path).map(|_| ())
+}
+
+fn format_of(path: &Path) -> Result<Format, Error> {
+    let extension = extension(path);
+    let format = FORMATS.iter().find(|(known, ..)| *known == extension).and_then(|(.., format)| *format);
+    format.ok_or_else(|| {
+        let known = FORMATS.iter().filter(|(.., format)| format.is_some());
+        unknown(path, &extension, "written", &known.map(|(known, ..)| *known).collect::<Vec<_>>())
+    })
+}
+
 /// Writes the content to `path`, atomically, in the format of its extension; returns what the format cannot hold, a
 /// clause each.
 ///
@@ -90,12 +107,7 @@ pub fn read_file(path: impl AsRef<Path>, options: &ReadOptions) -> Result<MeshFi
 /// As [`write()`].
 pub fn write_file(path: impl AsRef<Path>, file: &MeshFile, options: &WriteOptions) -> Result<Vec<String>, Error> {
     let path = path.as_ref();
-    let extension = extension(path);
-    let format = FORMATS.iter().find(|(known, ..)| *known == extension).and_then(|(.., format)| *format);
-    let format = format.ok_or_else(|| {
-        let known = FORMATS.iter().filter(|(.., format)| format.is_some());
-        unknown(path, &extension, "written", &known.map(|(known, ..)| *known).collect::<Vec<_>>())
-    })?;
+    let format = format_of(path)?;
     check(path, &file.mesh)?;
     let formatted = format(file, options)
         .map_err(|problem| Error::input(format!("{} is not written: {problem}", path.display())))?;

@@ -100,7 +100,8 @@ impl Agreement {
     ) -> Self {
         let surface = Surface::new(held, faces, placement);
         let pairs = surface.pairs_of_model(model_boundary, target, gates);
-        let covered: f64 = pairs.iter().map(|&(_, area)| area).sum();
+        // From plus zero: the sum of nothing is -0, which would be shown.
+        let covered = pairs.iter().fold(0.0, |sum, &(_, area)| sum + area);
         let total: f64 = surface.areas.iter().sum();
         let pairs: Vec<Pair> = pairs.into_iter().map(|(pair, _)| pair).collect();
         Agreement { median: median_magnitude(&pairs), coverage: covered / total.max(f64::MIN_POSITIVE) }
@@ -171,5 +172,92 @@ impl Surface {
             Some((Pair { point, target: target.points[index], normal, residual }, self.areas[vertex]))
         };
         found.iter().enumerate().filter_map(pair).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::options::ScanFitOptions;
+    use super::super::samples::{faces, held, mean_state, model, region, target};
+    use super::super::sides::boundary_vertices;
+    use super::*;
+
+    /// The mean face, its points moved by `offset` along their normals.
+    fn swollen(offset: f64) -> Mesh {
+        let mut mesh = Mesh { positions: held(&mean_state()).positions(), faces: faces(), ..Mesh::default() };
+        let normals = mesh.vertex_normals();
+        mesh.positions.iter_mut().zip(normals).for_each(|(p, n)| *p = std::array::from_fn(|k| p[k] + offset * n[k]));
+        mesh
+    }
+
+    fn gates(distance: f64) -> Gates {
+        Gates { distance, ..ScanFitOptions::default().last_gates() }
+    }
+
+    fn pairs(target: &Target, gates: &Gates) -> Pairs {
+        Pairs::new(&held(&mean_state()), &faces(), &Similarity::IDENTITY, target, gates).expect("pairs")
+    }
+
+    #[test]
+    fn pairs_are_gated_by_distance() {
+        let near = target(&swollen(1.0));
+        let inner = near.at_boundary.iter().filter(|at_boundary| !**at_boundary).count();
+        let found = pairs(&near, &gates(6.0));
+        assert!(found.samples.len() > inner * 8 / 10, "{} of {inner}", found.samples.len());
+        // Half of the points are 1 mm off.
+        assert!((found.sigma - 1.4826).abs() < 0.1, "{}", found.sigma);
+        assert!(pairs(&near, &gates(0.5)).samples.len() < found.samples.len() / 10);
+        let far = pairs(&target(&swollen(9.0)), &gates(6.0));
+        assert!(far.samples.len() < found.samples.len() / 5, "{}", far.samples.len());
+    }
+
+    #[test]
+    fn pairs_are_gated_by_normals_and_borders() {
+        let mut turned = target(&swollen(1.0));
+        turned.normals.iter_mut().for_each(|n| *n = n.map(|x| -x));
+        assert!(pairs(&turned, &gates(6.0)).samples.is_empty());
+        // As in hair: no normal, no pair.
+        turned.normals.fill([0.0; 3]);
+        assert!(pairs(&turned, &gates(6.0)).samples.is_empty());
+        let mut torn = target(&swollen(1.0));
+        torn.at_boundary.fill(true);
+        let none = pairs(&torn, &gates(6.0));
+        assert!(none.samples.is_empty() && none.sigma == gates(6.0).sigma[1]);
+    }
+
+    /// The weight falls to a quarter at the robust limit.
+    #[test]
+    fn weights_are_robust() {
+        let (scan, gates) = (target(&swollen(1.0)), gates(6.0));
+        let found = pairs(&scan, &gates);
+        let limit = gates.robust * found.sigma;
+        let base = scan.cell * scan.cell / (gates.independent_area * found.sigma * found.sigma);
+        let place = held(&mean_state()).positions();
+        for sample in &found.samples {
+            let corners = sample.point.vertices.map(|v| DVec3::from_array(place[v as usize]));
+            let at: DVec3 = corners.iter().zip(sample.point.barycentric).map(|(p, b)| *p * f64::from(b)).sum();
+            let normal = DVec3::from_array(sample.normal.expect("a normal").map(f64::from));
+            let residual = normal.dot(DVec3::from_array(sample.target.map(f64::from)) - at);
+            let expected = base * (limit * limit / (limit * limit + residual * residual)).powi(2);
+            assert!((f64::from(sample.weight) - expected).abs() < 1e-3 * base, "{residual}");
+        }
+    }
+
+    #[test]
+    fn agreement_is_the_share_and_the_distance() {
+        let state = mean_state();
+        let border = boundary_vertices(&swollen(0.0));
+        let of = |target: &Target| {
+            Agreement::new(&held(&state), &faces(), &border, &Similarity::IDENTITY, target, &gates(6.0))
+        };
+        let whole = of(&target(&swollen(1.0)));
+        assert!(whole.coverage > 0.8 && (whole.median - 1.0).abs() < 0.1, "{} {}", whole.coverage, whole.median);
+        let mut left = swollen(1.0);
+        left.faces.retain(|face| face.iter().all(|&v| left.positions[v as usize][0] > 0.0));
+        let half = of(&Target::new(&left, &region(), 2.5, 6000, 0.9).expect("a target"));
+        assert!((0.3..0.55).contains(&half.coverage), "{}", half.coverage);
+        let far = of(&target(&swollen(40.0)));
+        assert!(far.coverage < 0.2, "{}", far.coverage);
+        assert_eq!(model().header().n_vertices as usize, border.len());
     }
 }

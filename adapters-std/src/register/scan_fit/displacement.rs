@@ -79,3 +79,55 @@ impl Displacement {
         self.heights.len() + self.components.len()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plate() -> Vec<[f64; 3]> {
+        (0..41 * 41).map(|k| [f64::from(k % 41) * 2.5, f64::from(k / 41) * 2.5, 0.0]).collect()
+    }
+
+    #[test]
+    fn bumps_stand_on_the_surface_and_fall_off() {
+        let (mean, length) = (plate(), 14.0);
+        let made = Displacement::new(&mean, 1e4, 0.4, length, Vec::new()).expect("bumps");
+        let n = (1e4f64 / (SPACING * length).powi(2)).ceil() as usize;
+        assert_eq!((made.dim(), made.heights.len(), made.precision.len()), (n, n, n * n));
+        for heights in &made.heights {
+            let top = heights.iter().position(|&height| height == 1.0).expect("a centre on a vertex");
+            let centre = DVec3::from_array(mean[top]);
+            for (p, &height) in mean.iter().zip(heights) {
+                let distance = centre.distance(DVec3::from_array(*p));
+                assert!((f64::from(height) - (-0.5 * (distance / length).powi(2)).exp()).abs() < 1e-6);
+            }
+        }
+        // Everywhere there is a bump that can lift the surface.
+        let lifted = |v: usize| made.heights.iter().map(|heights| heights[v]).fold(0.0, f32::max);
+        assert!((0..mean.len()).all(|v| lifted(v) > 0.4));
+    }
+
+    #[test]
+    fn the_precision_is_that_of_the_amplitude_and_definite() {
+        let components = vec![vec![0.5; 3 * 41 * 41]; 2];
+        let made = Displacement::new(&plate(), 1e4, 0.4, 14.0, components).expect("bumps");
+        let (dim, n) = (made.dim(), made.heights.len());
+        assert_eq!(dim, n + 2);
+        let matrix = nalgebra::DMatrix::from_row_slice(dim, dim, &made.precision);
+        assert!((&matrix - matrix.transpose()).amax() < 1e-12);
+        assert!((matrix[(0, 0)] - (1.0 + JITTER) / 0.16).abs() < 1e-12);
+        // Components are independent of the bumps and of one another, of variance 1.
+        for k in n..dim {
+            assert!((0..dim).all(|j| matrix[(k, j)] == f64::from(u8::from(j == k))));
+        }
+        assert!(nalgebra::Cholesky::new(matrix).is_some());
+    }
+
+    #[test]
+    fn no_displacement_has_no_columns() {
+        assert_eq!(Displacement::none().dim(), 0);
+        // However large the surface and short the length, there is a bound.
+        assert_eq!(Displacement::new(&plate(), 1e9, 0.4, 1.0, Vec::new()).expect("bumps").dim(), 200);
+        assert_eq!(Displacement::new(&plate(), 0.0, 0.4, 14.0, Vec::new()).expect("bumps").dim(), 1);
+    }
+}

@@ -162,3 +162,98 @@ impl Generator for Held {
         self.vertex_unchecked(weights, vertex)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{faces, held, mean_state, model};
+    use super::super::start::bilinear;
+    use super::*;
+
+    fn state() -> State {
+        let mut state = mean_state();
+        state.identity.iter_mut().zip([0.3, -0.2, 0.1, 0.2]).for_each(|(to, step)| *to += step);
+        state.pose[1] -= 0.3;
+        state
+    }
+
+    fn displacement(n: usize) -> Displacement {
+        let heights = vec![(0..n).map(|v| v as f32 / n as f32).collect(), vec![1.0; n]];
+        Displacement { heights, components: vec![(0..3 * n).map(|k| (k % 7) as f32).collect()], precision: Vec::new() }
+    }
+
+    /// The columns of the displaced model: those of the generator by finite differences, normals times heights, components.
+    #[test]
+    fn columns_are_finite_differences() {
+        let (model, state) = (model(), state());
+        let generator = bilinear(&model).expect("a generator");
+        let n = generator.vertex_count();
+        let plain = held(&state);
+        let mesh = Mesh { positions: plain.positions(), faces: faces(), ..Mesh::default() };
+        let normals = mesh.vertex_normals();
+        let bent = displacement(n);
+        let held = held(&state).displaced(&bent, &[0.5, -0.25, 2.0], &faces());
+        assert_eq!(held.dim(), 4 + 3 + 3);
+        let pose: Vec<f32> = state.pose.iter().copied().chain([0.5, -0.25, 2.0]).collect();
+        let weights = Weights { identity: &state.identity, pose: &pose };
+        let mut columns = vec![[0.0f32; 3]; held.dim()];
+        for vertex in [0, 15, 16, 700, n - 1] {
+            let at = held.linearised_vertex_unchecked(weights, vertex, &mut columns).expect("a vertex");
+            assert_eq!(at.map(f64::from), held.positions()[vertex]);
+            for (k, column) in columns.iter().take(7).enumerate() {
+                let step = 0.125;
+                let moved = |sign: f32| {
+                    let (mut identity, mut pose) = (state.identity.clone(), state.pose.clone());
+                    *identity.iter_mut().chain(&mut pose).nth(k).expect("a weight") += sign * step;
+                    generator.vertex_unchecked(Weights { identity: &identity, pose: &pose }, vertex).expect("a vertex")
+                };
+                let (high, low) = (moved(1.0), moved(-1.0));
+                for axis in 0..3 {
+                    let difference = (high[axis] - low[axis]) / (2.0 * step);
+                    assert!((column[axis] - difference).abs() < 2e-3 * (1.0 + difference.abs()), "{vertex} {k}");
+                }
+            }
+            for (bump, heights) in bent.heights.iter().enumerate() {
+                let expected = normals[vertex].map(|x| x as f32 * heights[vertex]);
+                assert_eq!(columns[7 + bump], expected);
+            }
+            assert_eq!(columns[9][..], bent.components[0][3 * vertex..][..3]);
+        }
+    }
+
+    /// Blocks and single vertices agree; amplitudes move the surface by what their columns say.
+    #[test]
+    fn blocks_hold_the_same_vertices() {
+        let state = state();
+        let n = model().header().n_vertices as usize;
+        let bent = displacement(n);
+        let held = held(&state).displaced(&bent, &[0.0; 3], &faces());
+        let pose: Vec<f32> = state.pose.iter().copied().chain([0.5, 1.0, -0.5]).collect();
+        let identity: Vec<f32> = state.identity.iter().map(|x| x + 0.1).collect();
+        let weights = Weights { identity: &identity, pose: &pose };
+        let mut jacobian = vec![[0.0; NUMBERS]; held.dim()];
+        let block = held.linearised_block_unchecked(weights, 3, &mut jacobian).expect("a block");
+        let mut numbers = [0.0; NUMBERS];
+        block.store(&mut numbers);
+        let mut columns = vec![[0.0f32; 3]; held.dim()];
+        for at in 0..LANES {
+            let vertex = held.linearised_vertex_unchecked(weights, 3 * LANES + at, &mut columns).expect("a vertex");
+            assert_eq!(lane(&numbers, at), vertex);
+            assert_eq!(held.vertex_unchecked(weights, 3 * LANES + at), Some(vertex));
+            assert!(jacobian.iter().zip(&columns).all(|(block, column)| lane(block, at) == *column));
+        }
+        assert!(held.vertex_unchecked(weights, n + LANES).is_none());
+    }
+
+    /// With some identity weights held, the columns of the pose follow the free ones.
+    #[test]
+    fn held_weights_have_no_column() {
+        let state = state();
+        let all = held(&state);
+        let some = Held::new(&bilinear(&model()).expect("a generator"), &state, 2).expect("linear");
+        assert_eq!((some.identity_dim(), some.pose_dim(), some.dim()), (2, 3, 5));
+        assert_eq!(some.positions(), all.positions());
+        for (k, of_all) in [(0, 0), (1, 1), (2, 4), (3, 5), (4, 6)] {
+            assert_eq!(some.row(5).expect("a row")[k], all.row(5).expect("a row")[of_all]);
+        }
+    }
+}

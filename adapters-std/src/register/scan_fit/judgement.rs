@@ -52,3 +52,39 @@ pub(super) fn refuse_other_kinds(
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn said(coverage: f64, median: f64, landmarks: f64, energies: [f64; 2]) -> String {
+        let lengths = [("identity", energies[0], 16), ("expression", energies[1], 4)];
+        match refuse_other_kinds(&Agreement { coverage, median }, landmarks, lengths) {
+            Ok(()) => String::new(),
+            Err(error) => error.to_string(),
+        }
+    }
+
+    #[test]
+    fn what_is_no_face_is_refused_with_the_figure() {
+        assert_eq!(said(0.25, 1.2, 15.0, [100.0, 25.0]), "");
+        for (sentence, part) in [
+            (said(0.24, 0.5, 3.0, [9.0, 9.0]), "only 24 % of the fitted model lies on the scan, at least 25 %"),
+            (said(0.9, 1.21, 3.0, [9.0, 9.0]), "more than 1.21 mm from the scan, at most 1.2"),
+            (said(0.9, 0.5, 15.1, [9.0, 9.0]), "the landmarks are 15.1 mm (root mean square)"),
+            (said(0.9, 0.5, 3.0, [144.0, 9.0]), "identity weights 3.0 times as large"),
+            (said(0.9, 0.5, 3.0, [9.0, 64.0]), "expression weights 4.0 times as large"),
+        ] {
+            assert!(sentence.contains(part) && sentence.contains("is it a scan of the model's kind"), "{sentence}");
+        }
+    }
+
+    #[test]
+    fn figures_that_are_no_numbers_are_refused() {
+        for nan in 0..4 {
+            let at = |k: usize, x: f64| if k == nan { f64::NAN } else { x };
+            assert!(said(at(0, 0.9), at(1, 0.5), at(2, 3.0), [at(3, 9.0), 9.0]).contains("scan"), "{nan}");
+        }
+        assert!(!said(0.9, f64::INFINITY, 3.0, [9.0, 9.0]).is_empty());
+    }
+}

@@ -11,6 +11,11 @@ mod judgement;
 mod named;
 mod options;
 mod problem;
+#[cfg(test)]
+mod properties;
+#[cfg(test)]
+mod samples;
+mod sides;
 mod start;
 mod state;
 mod target;
@@ -30,9 +35,10 @@ use correspondences::{Agreement, Pairs};
 use displacement::Displacement;
 use held::Held;
 use problem::{Belief, stepped, widened};
+use sides::boundary_vertices;
 use start::{Start, bilinear, landmark_samples, residuals, rms, spread};
 use state::Priors;
-use target::{Target, boundary_vertices};
+use target::Target;
 
 /// The result of a fit.
 #[derive(Debug, Clone, PartialEq)]

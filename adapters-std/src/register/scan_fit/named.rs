@@ -6,7 +6,7 @@ use crate::Error;
 
 /// `points` in the order of the model's landmarks, `None` where the file has none of that name, and the names that the model does not know.
 ///
-/// Without `names` there must be one point for each landmark of the model, in its order.
+/// A point of three NaN is one that was not marked. Without `names` there must be one point for each landmark of the model, in its order.
 ///
 /// # Errors
 /// [`Error::Input`] for a model without landmarks, another number of points without names, names of which the model knows none.
@@ -22,6 +22,7 @@ pub fn in_model_order(
             "the model has no landmarks, so it cannot be placed in a scan; train it with --landmarks",
         ));
     }
+    let marked = |point: &[f64; 3]| Some(*point).filter(|point| !point.iter().all(|x| x.is_nan()));
     let of_model: Vec<&str> = model.landmark_names().map(|names| names.iter().collect()).unwrap_or_default();
     let (Some(names), false) = (names, of_model.is_empty()) else {
         if points.len() != n {
@@ -30,17 +31,61 @@ pub fn in_model_order(
                 points.len()
             )));
         }
-        return Ok((points.iter().map(|&point| Some(point)).collect(), Vec::new()));
+        return Ok((points.iter().map(marked).collect(), Vec::new()));
     };
-    let of_name = |name: &&str| names.iter().position(|known| known == name).and_then(|at| points.get(at).copied());
-    let ordered: Vec<Option<[f64; 3]>> = of_model.iter().map(of_name).collect();
-    if ordered.iter().all(Option::is_none) {
+    let place = |name: &&str| names.iter().position(|known| known == name);
+    if of_model.iter().all(|name| place(name).is_none()) {
         return Err(Error::input(format!(
             "none of the landmarks ({}) is one of the model's ({}); name them so",
             names.join(", "),
             of_model.join(", ")
         )));
     }
+    let ordered = of_model.iter().map(|name| marked(points.get(place(name)?)?)).collect();
     let unknown = names.iter().filter(|name| !of_model.contains(&name.as_str())).cloned().collect();
     Ok((ordered, unknown))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::model;
+    use super::*;
+
+    const A: [f64; 3] = [1.0, 2.0, 3.0];
+    const B: [f64; 3] = [4.0, 5.0, 6.0];
+
+    fn names(names: &[&str]) -> Vec<String> {
+        names.iter().map(|name| (*name).to_owned()).collect()
+    }
+
+    #[test]
+    fn names_order_the_points() {
+        let (ordered, unknown) =
+            in_model_order(&model(), Some(&names(&["chin", "ear", "nose_tip"])), &[A, B, B]).expect("known");
+        assert_eq!((ordered.len(), ordered[12], ordered[4]), (13, Some(A), Some(B)));
+        assert_eq!((ordered.iter().flatten().count(), unknown), (2, names(&["ear"])));
+    }
+
+    #[test]
+    fn points_of_nan_are_not_marked_and_others_stay() {
+        let half = [f64::NAN, 1.0, 2.0];
+        let points: Vec<[f64; 3]> = (0..13).map(|k| [[f64::NAN; 3], half, A][k.min(2)]).collect();
+        let (ordered, _) = in_model_order(&model(), None, &points).expect("thirteen");
+        assert_eq!((ordered[0], ordered[2]), (None, Some(A)));
+        assert!(ordered[1].is_some_and(|p| p[0].is_nan() && p[1] == 1.0));
+        let (ordered, _) = in_model_order(&model(), Some(&names(&["chin"])), &[[f64::NAN; 3]]).expect("known");
+        assert!(ordered.iter().all(Option::is_none));
+    }
+
+    #[test]
+    fn what_cannot_be_ordered_is_refused() {
+        let said = |names: Option<&[String]>, points: &[[f64; 3]]| {
+            in_model_order(&model(), names, points).expect_err("refused").to_string()
+        };
+        assert!(said(None, &[A, B]).contains("2 landmarks without names were given; the model has 13"));
+        assert!(
+            said(Some(&names(&["ear"])), &[A])
+                .contains("none of the landmarks (ear) is one of the model's (right_eye_outer")
+        );
+    }
 }

@@ -122,3 +122,52 @@ impl ScanFitOptions {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rounds_go_from_coarse_to_fine() {
+        let options = ScanFitOptions::default();
+        let rounds: Vec<Round> = options.rounds(59).collect();
+        assert_eq!(rounds.len(), options.n_rounds + options.n_fine);
+        assert_eq!((rounds[0].identity_dim, rounds[0].distance, rounds[0].robust), (5, 20.0, 2.0 * options.robust));
+        for pair in rounds.windows(2) {
+            assert!(pair[1].identity_dim >= pair[0].identity_dim);
+            assert!(pair[1].distance <= pair[0].distance && pair[1].robust <= pair[0].robust);
+            assert!(pair[1].max_sigma <= pair[0].max_sigma);
+        }
+        // The last third has everything free, and the last rounds the displacement.
+        for (k, round) in rounds.iter().enumerate() {
+            if 3 * k >= 2 * options.n_rounds {
+                assert_eq!(round.identity_dim, 59);
+                assert!((round.distance - options.last_distance).abs() < 1e-12);
+            }
+            assert_eq!(round.displaced, k >= options.n_rounds);
+        }
+    }
+
+    #[test]
+    fn small_models_and_odd_options_have_rounds_too() {
+        assert!(ScanFitOptions::default().rounds(3).all(|round| round.identity_dim == 3));
+        let plain = ScanFitOptions { displacement: 0.0, ..ScanFitOptions::default() };
+        assert!(plain.rounds(20).all(|round| !round.displaced));
+        assert_eq!(plain.rounds(20).count(), plain.n_rounds);
+        let one = ScanFitOptions { n_rounds: 1, n_fine: 0, ..ScanFitOptions::default() };
+        assert!(one.rounds(20).all(|round| round.distance.is_finite()));
+        let none = ScanFitOptions { n_rounds: 0, n_fine: 1, ..ScanFitOptions::default() };
+        assert_eq!(none.rounds(20).map(|round| round.distance.is_finite()).collect::<Vec<_>>(), [true]);
+    }
+
+    #[test]
+    fn points_count_as_one_observation_unless_the_displacement_is_regarded() {
+        let options = ScanFitOptions::default();
+        let rounds: Vec<Round> = options.rounds(20).collect();
+        let (first, last) = (options.gates(&rounds[0]), options.gates(&rounds[14]));
+        assert_eq!((first.independent_area, last.independent_area), (options.independent_area, options.point_area));
+        assert!((first.cosine - 0.5f64.sqrt()).abs() < 1e-12);
+        assert_eq!(last.sigma, [options.sigma, 1.5]);
+        assert_eq!(options.last_gates().distance, 6.0);
+    }
+}

@@ -208,3 +208,81 @@ pub(super) fn widened(placement: &Similarity<f32>) -> Similarity<f64> {
         translation: placement.translation.map(f64::from),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{face, held, mean_state, model};
+    use super::*;
+    use habitus_core::fit::SurfacePoint;
+
+    fn samples(target: &[[f64; 3]]) -> Vec<Sample> {
+        let normal = |v: usize| (v.is_multiple_of(2)).then_some([0.0, 0.6, 0.8]);
+        let sample = |v: usize| Sample {
+            point: SurfacePoint::vertex(v as u32),
+            target: target[v].map(|x| x as f32),
+            normal: normal(v),
+            weight: 0.05,
+        };
+        (0..target.len()).step_by(5).map(sample).collect()
+    }
+
+    /// The gradient of samples, priors and displacement is that of the energy, by finite differences.
+    #[test]
+    fn gradient_is_that_of_the_energy() {
+        let priors = Priors::of(&model()).expect("priors");
+        let mut state = mean_state();
+        let n = model().header().n_vertices as usize;
+        let bent = super::super::displacement::Displacement {
+            heights: vec![vec![1.0; n], (0..n).map(|v| v as f32 / n as f32).collect()],
+            components: Vec::new(),
+            precision: vec![5.0, 1.0, 1.0, 4.0],
+        };
+        state.amplitudes = vec![0.4, -0.3];
+        let held = held(&state).displaced(&bent, &state.amplitudes, &super::super::samples::faces());
+        let samples = samples(&face(&[1.0, -0.5], &[0.5]).positions);
+        let mut problem = Problem {
+            held: &held,
+            samples: &samples,
+            priors: &priors,
+            smooth: &bent.precision,
+            prior_factors: [3.0, 2.0],
+            frame: Frame::Rigid,
+            state: state.clone(),
+            trial: state.clone(),
+        };
+        let free = state.identity.iter().chain(&state.pose).chain(&state.amplitudes).map(|&x| f64::from(x) + 0.1);
+        let x: Vec<f64> = free.chain([0.0; 6]).collect();
+        let dim = problem.dim();
+        assert_eq!(dim, x.len());
+        let (mut jtj, mut jtr) = (vec![0.0; dim * dim], vec![0.0; dim]);
+        problem.normal_equations(&x, &mut jtj, &mut jtr).expect("sums");
+        let mut energy = |k: usize, step: f64| {
+            let mut moved = x.clone();
+            moved[k] += step;
+            problem.normal_equations(&moved, &mut vec![0.0; dim * dim], &mut vec![0.0; dim]).expect("sums")
+        };
+        for k in 0..dim {
+            let step = if (9..12).contains(&k) { 1e-3 } else { 0.1 };
+            let slope = (energy(k, step) - energy(k, -step)) / (4.0 * step);
+            assert!((slope - jtr[k]).abs() < 0.02 * (1.0 + jtr[k].abs().max(slope.abs())), "{k}: {slope} {}", jtr[k]);
+            assert!(jtj[k * dim + k] > 0.0);
+        }
+    }
+
+    /// One improvement of a face of the model lowers its distance; without samples the priors draw to the mean.
+    #[test]
+    fn improvement_fits_and_the_priors_hold() {
+        let priors = Priors::of(&model()).expect("priors");
+        let belief = Belief { of_weights: &priors, factors: [1.0; 2], smooth: &[] };
+        let truth = face(&[1.0, -0.5], &[0.5]).positions;
+        let start = mean_state();
+        let better = improved(&held(&start), &samples(&truth), belief, Frame::Rigid, &start, 5).expect("a state");
+        let distance =
+            |state: &State| super::super::samples::mean_distance(&super::super::samples::placed(state), &truth);
+        assert!(distance(&better) < 0.4 * distance(&start), "{} {}", distance(&better), distance(&start));
+        let mut away = start.clone();
+        away.identity[0] += 1.0;
+        let back = improved(&held(&away), &[], belief, Frame::Rigid, &away, 5).expect("a state");
+        assert!((back.identity[0] - start.identity[0]).abs() < 1e-3, "{:?}", back.identity);
+    }
+}

@@ -103,17 +103,36 @@ impl Start {
             state = improved(&held, &samples, belief, Frame::Rigid, &state, 5)?;
         }
         let held = Held::new(&all, &state, 0)?;
-        let residual = rms(&residuals(&held, &landmarks, &state.placement));
-        if residual > MOST_RESIDUAL {
-            return Err(Error::input(format!(
-                "the landmarks are {residual:.1} mm (root mean square) from those of any face of the model, at most {MOST_RESIDUAL} are accepted: \
-                 are they in the right order, on a scan of the model's kind?"
-            )));
+        let distances = residuals(&held, &landmarks, &state.placement);
+        let residual = rms(&distances);
+        if !(residual <= MOST_RESIDUAL) {
+            return Err(far_landmarks(model, &marked, &distances, residual));
         }
         let radius = 1.2 * farthest(&mean, &source);
         let front = state.placement.rotation.map(|row| f64::from(row[2]));
         Ok(Start { unit, region: Region { unit_mm, centre, radius, front }, landmarks, state, residual })
     }
+}
+
+/// The error of landmarks that no face of the model has; it names the one that lies off when the others do not.
+fn far_landmarks(model: &Model<'_>, marked: &[(usize, [f64; 3])], distances: &[f64], residual: f64) -> Error {
+    let farthest = (0..distances.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b])).unwrap_or(0);
+    let others: Vec<f64> =
+        distances.iter().enumerate().filter(|&(k, _)| k != farthest).map(|(_, &distance)| distance).collect();
+    if rms(&others) <= MOST_RESIDUAL / 2.0
+        && let (Some(&(k, _)), Some(far)) = (marked.get(farthest), distances.get(farthest))
+    {
+        let name = model.landmark_names().and_then(|names| names.iter().nth(k).map(str::to_owned));
+        return Error::input(format!(
+            "the landmark {} is {far:.1} mm from where the others ask for it, and these agree to {:.1} mm: mark it anew, or leave it out",
+            name.unwrap_or_else(|| format!("{k} (counted from 0)")),
+            rms(&others)
+        ));
+    }
+    Error::input(format!(
+        "the landmarks are {residual:.1} mm (root mean square) from those of any face of the model, at most {MOST_RESIDUAL} are accepted: \
+         are they in the right order, on a scan of the model's kind?"
+    ))
 }
 
 pub(super) fn bilinear<'a>(model: &Model<'a>) -> Result<habitus_core::generator::bilinear::Bilinear<'a>, Error> {
@@ -252,3 +271,7 @@ fn farthest(mean: &[[f64; 3]], landmarks: &[f64]) -> f64 {
     let middle = points.iter().map(|p| glam::DVec3::from_array(*p)).sum::<glam::DVec3>() / points.len().max(1) as f64;
     mean.iter().map(|p| middle.distance(glam::DVec3::from_array(*p))).fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+#[path = "start_tests.rs"]
+mod tests;

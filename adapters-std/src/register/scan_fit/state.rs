@@ -74,3 +74,26 @@ impl Prior {
         rows.map(|row| row.iter().zip(&offsets).map(|(p, offset)| p * offset).sum()).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn energy_is_the_squared_mahalanobis_distance() {
+        let prior = Prior { mean: vec![1.0, -1.0], precision: vec![2.0, 0.5, 0.5, 1.0] };
+        // Steps (1, 2): 2 + 2 * 0.5 * 2 + 4.
+        assert_eq!(prior.energy(&[2.0, 1.0]), 8.0);
+        assert_eq!(prior.gradient(&[2.0, 1.0]), [3.0, 2.5]);
+        assert_eq!((prior.energy(&[1.0, -1.0]), prior.gradient(&[1.0, -1.0])), (0.0, vec![0.0; 2]));
+    }
+
+    #[test]
+    fn the_mean_state_has_the_mean_weights_and_no_motion() {
+        let priors = Priors::of(&super::super::samples::model()).expect("priors");
+        let state = priors.mean_state();
+        assert_eq!((state.identity.len(), state.pose.len(), state.amplitudes.len()), (4, 3, 0));
+        assert!(priors.identity.energy(&state.identity) < 1e-9 && priors.pose.energy(&state.pose) < 1e-9);
+        assert_eq!(state.placement, Similarity::IDENTITY);
+    }
+}

@@ -3,9 +3,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sides::{ScanSurface, agreeing, turn_outwards};
 use crate::Error;
 use crate::mesh::Mesh;
-use crate::mesh::Topology;
 use crate::mesh::sampling::VoxelCells;
 use crate::spatial::{CloudNormalOptions, Outside, PointTree, cloud_normals};
 
@@ -43,7 +43,8 @@ const NEIGHBOURHOOD: f64 = 2.0;
 impl Target {
     /// The part of `scan` in `region`: the mean point of each cell of side `cell` mm, of larger cells when there are more than `most`.
     ///
-    /// Normals are those of the faces about the cell; a cloud keeps its own, or gets those of its neighbourhoods, turned to where the face looks.
+    /// Normals are those of the faces about the cell; a cloud keeps its own when they agree about the outside, else it gets those of its
+    /// neighbourhoods, turned to where the face looks.
     ///
     /// # Errors
     /// [`Error::Input`] when no point lies in the region.
@@ -68,32 +69,71 @@ impl Target {
             cells = VoxelCells::new(&positions, cell)?;
             n_cells = cells.iter().count();
         }
-        // Not made of unit vectors: over a patch of noisy faces their areas cancel what is noise.
-        let of_scan = if scan.faces.is_empty() { scan.normals.clone() } else { scan.area_vectors() };
-        let border = boundary_vertices(scan);
-        let (mut points, mut normals, mut at_boundary) = (Vec::new(), Vec::new(), Vec::new());
-        for members in cells.iter() {
-            let (mut n, mut sum, mut normal, mut n_border) = (0, DVec3::ZERO, DVec3::ZERO, 0);
+        let surface = (!scan.faces.is_empty()).then(|| ScanSurface::new(scan));
+        let mut points = Vec::with_capacity(n_cells);
+        let mut at_boundary = Vec::with_capacity(n_cells);
+        let mut pieces: Vec<Piece> = Vec::with_capacity(n_cells);
+        for (cell, members) in cells.iter().enumerate() {
+            let (mut n, mut sum, mut n_border, start) = (0, DVec3::ZERO, 0, pieces.len());
             for member in members {
                 let vertex = inside[member as usize] as usize;
                 n += 1;
                 sum += DVec3::from_array(positions[member as usize]);
-                normal += of_scan.get(vertex).copied().map_or(DVec3::ZERO, DVec3::from_array);
-                n_border += usize::from(border.get(vertex).copied().unwrap_or(false));
+                let (patch, normal, is_border) = match &surface {
+                    Some(surface) => {
+                        (surface.patches[vertex], surface.area_vectors[vertex], surface.at_boundary[vertex])
+                    }
+                    None => (None, scan.normals.get(vertex).copied().map(crate::mesh::unit).unwrap_or_default(), false),
+                };
+                n_border += usize::from(is_border);
+                let normal = DVec3::from_array(normal);
+                match pieces[start..].iter_mut().find(|piece| piece.patch == patch) {
+                    Some(piece) => piece.normal += normal,
+                    None => pieces.push(Piece { cell, patch, normal }),
+                }
             }
-            points.push((sum / n as f64).to_array());
-            normals.push(crate::mesh::unit(normal.to_array()));
-            at_boundary.push(2 * n_border >= n);
+            points.push((sum / f64::from(n)).to_array());
+            at_boundary.push(2 * n_border >= n as usize);
         }
-        if of_scan.is_empty() {
-            let viewpoint = (DVec3::from_array(region.front) * VIEWPOINT * region.radius).to_array();
-            let options = CloudNormalOptions { outside: Outside::Towards(viewpoint), ..CloudNormalOptions::default() };
-            normals = cloud_normals(&points, &options)?.normals;
-        }
+        let normals = if surface.is_some() {
+            normals_of_pieces(&pieces, &points, region)
+        } else {
+            let own = Some(&scan.normals).filter(|normals| !normals.is_empty());
+            let picked = || pieces.iter().map(|piece| piece.normal.normalize_or_zero().to_array()).collect();
+            match own.and_then(|_| agreeing(&points, picked(), region)) {
+                Some(normals) => normals,
+                None => {
+                    let viewpoint = DVec3::from_array(region.front) * VIEWPOINT * region.radius;
+                    let outside = Outside::Towards(viewpoint.to_array());
+                    cloud_normals(&points, &CloudNormalOptions { outside, ..CloudNormalOptions::default() })?.normals
+                }
+            }
+        };
         let tree = PointTree::new(&points)?;
         let normals = smoothed(&tree, &points, &normals, NEIGHBOURHOOD * cell, coherence);
         Ok(Target { tree, points, normals, at_boundary, cell })
     }
+}
+
+/// What one connected patch of a scan contributes to a cell.
+struct Piece {
+    cell: usize,
+    patch: Option<u32>,
+    /// Sum of the area vectors of its vertices. Not made of unit vectors: over a patch of noisy faces the areas cancel what is noise.
+    normal: DVec3,
+}
+
+/// The unit normal of each cell, its patches turned outwards.
+fn normals_of_pieces(pieces: &[Piece], points: &[[f64; 3]], region: &Region) -> Vec<[f64; 3]> {
+    let places: Vec<[f64; 3]> = pieces.iter().map(|piece| points[piece.cell]).collect();
+    let patches: Vec<Option<u32>> = pieces.iter().map(|piece| piece.patch).collect();
+    let mut turned: Vec<[f64; 3]> = pieces.iter().map(|piece| crate::mesh::unit(piece.normal.to_array())).collect();
+    turn_outwards(&places, &mut turned, &patches, region);
+    let mut sums = vec![DVec3::ZERO; points.len()];
+    for (piece, turned) in pieces.iter().zip(turned) {
+        sums[piece.cell] += DVec3::from_array(turned) * piece.normal.length();
+    }
+    sums.into_iter().map(|sum| crate::mesh::unit(sum.to_array())).collect()
 }
 
 /// Mean normals of the points within `radius` of each; zero where their mean is shorter than `coherence`.
@@ -107,16 +147,90 @@ fn smoothed(tree: &PointTree, points: &[[f64; 3]], normals: &[[f64; 3]], radius:
     points.par_iter().map(mean).collect()
 }
 
-/// Whether each vertex lies on an edge of one face only; nothing for a cloud.
-pub(super) fn boundary_vertices(mesh: &Mesh) -> Vec<bool> {
-    if mesh.faces.is_empty() {
-        return Vec::new();
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{face, region};
+    use super::*;
+
+    fn cloud() -> Mesh {
+        Mesh { faces: Vec::new(), ..face(&[], &[]) }
     }
-    let mut at_boundary = vec![false; mesh.positions.len()];
-    for edge in Topology::new(mesh.positions.len(), &mesh.faces).edges() {
-        if edge.faces.len() == 1 {
-            edge.vertices.iter().for_each(|&vertex| at_boundary[vertex as usize] = true);
-        }
+
+    fn made(scan: &Mesh, region: &Region, cell: f64, most: usize) -> Target {
+        Target::new(scan, region, cell, most, 0.9).expect("a target")
     }
-    at_boundary
+
+    #[test]
+    fn points_are_thinned_to_cells_and_to_a_number() {
+        let scan = cloud();
+        let all = made(&scan, &region(), 1e-3, 10_000);
+        assert_eq!((all.points.len(), all.cell), (scan.positions.len(), 1e-3));
+        let fewer = made(&scan, &region(), 1e-3, 200);
+        assert!(fewer.points.len() <= 200 && fewer.points.len() > 50 && fewer.cell > 5.0, "{}", fewer.points.len());
+        let cells: std::collections::HashSet<[i64; 3]> = {
+            let low: [f64; 3] = std::array::from_fn(|k| scan.positions.iter().map(|p| p[k]).fold(f64::MAX, f64::min));
+            let cell = |p: &[f64; 3]| std::array::from_fn(|k| ((p[k] - low[k]) / fewer.cell).floor() as i64);
+            fewer.points.iter().map(cell).collect()
+        };
+        assert_eq!(cells.len(), fewer.points.len());
+    }
+
+    #[test]
+    fn only_the_region_counts_in_its_unit() {
+        let mut scan = cloud();
+        let n = made(&scan, &region(), 2.5, 6000).points.len();
+        scan.positions.push([0.0, 0.0, 900.0]);
+        assert_eq!(made(&scan, &region(), 2.5, 6000).points.len(), n);
+        // The same in metres about a centre elsewhere.
+        scan.positions.iter_mut().for_each(|p| *p = [p[0] / 1e3 + 5.0, p[1] / 1e3, p[2] / 1e3]);
+        let metres = Region { unit_mm: 1e3, centre: [5.0, 0.0, 0.0], ..region() };
+        let there = made(&scan, &metres, 2.5, 6000);
+        assert!(there.points.len().abs_diff(n) < n / 50, "{} {n}", there.points.len());
+        let elsewhere = Region { centre: [9.0, 0.0, 0.0], ..metres };
+        let said = Target::new(&scan, &elsewhere, 2.5, 6000, 0.9).err().expect("refused").to_string();
+        assert!(said.contains("no point of the scan lies within 200 mm") && said.contains("frame and unit"), "{said}");
+    }
+
+    #[test]
+    fn clouds_get_normals_towards_the_front() {
+        let scan = face(&[], &[]);
+        let of_faces = scan.vertex_normals();
+        let check = |target: &Target| {
+            let tree = PointTree::new(&scan.positions).expect("points");
+            let agrees = |(p, n): (&[f64; 3], &[f64; 3])| {
+                let own = of_faces[tree.nearest(*p).index as usize];
+                DVec3::from_array(own).dot(DVec3::from_array(*n)) > 0.7
+            };
+            let there: Vec<bool> =
+                target.points.iter().zip(&target.normals).filter(|(_, n)| **n != [0.0; 3]).map(agrees).collect();
+            let right = there.iter().filter(|right| **right).count();
+            assert!(
+                there.len() > target.points.len() / 2 && right > there.len() * 19 / 20,
+                "{right} of {}",
+                there.len()
+            );
+        };
+        check(&made(&cloud(), &region(), 2.5, 6000));
+        // A face that looks down -z, and its region with it.
+        let back = |p: &[f64; 3]| [-p[0], p[1], -p[2]];
+        let turned = Mesh { positions: cloud().positions.iter().map(back).collect(), ..Mesh::default() };
+        let mut target = made(&turned, &Region { front: [0.0, 0.0, -1.0], ..region() }, 2.5, 6000);
+        target.points.iter_mut().chain(&mut target.normals).for_each(|v| *v = back(v));
+        check(&target);
+    }
+
+    #[test]
+    fn normals_that_do_not_agree_are_dropped() {
+        let points: Vec<[f64; 3]> = (0..100).map(|k| [f64::from(k % 10), f64::from(k / 10), 0.0]).collect();
+        let hairy = |k: usize| {
+            if points[k][0] < 5.0 {
+                [0.0, 0.0, 1.0]
+            } else {
+                [1.0, 0.0, 0.0].map(|x: f64| if k.is_multiple_of(2) { x } else { -x })
+            }
+        };
+        let normals: Vec<[f64; 3]> = (0..100).map(hairy).collect();
+        let smooth = smoothed(&PointTree::new(&points).expect("points"), &points, &normals, 2.0, 0.9);
+        assert_eq!((smooth[52], smooth[58]), ([0.0, 0.0, 1.0], [0.0; 3]));
+    }
 }

@@ -1,0 +1,7 @@
+//! `habitus fit` as a user meets it.
+
+mod landmarks;
+mod outputs;
+mod refusals;
+mod scans;
+mod work;
