@@ -7,7 +7,7 @@ use habitus_core::format::{Mode, Model};
 use super::held::Held;
 use super::problem::widened;
 use super::start::bilinear;
-use super::state::{Priors, State};
+use super::state::{Prior, Priors, State};
 use super::target::{Region, Target};
 use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
 use crate::face::tensor::ShapeTensor;
@@ -47,6 +47,23 @@ pub fn face(identity: &[f64], expression: &[f64]) -> Mesh {
     let identity = weights_from_deviations(&model, Mode::Identity, identity).expect("weights");
     let pose = weights_from_deviations(&model, Mode::Pose, expression).expect("weights");
     let positions = positions(&model, &identity, &pose).expect("positions");
+    let positions = positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
+    Mesh { positions, faces: faces(), ..Mesh::default() }
+}
+
+/// The face of weights that the model's priors make likely: independent standard normal deviates of both.
+pub fn likely_face(identity: &[f64], expression: &[f64]) -> Mesh {
+    let priors = Priors::of(&model()).expect("priors");
+    // With P = L L^T, m + L^-T z has the covariance P^-1.
+    let weights = |prior: &Prior, deviates: &[f64]| -> Vec<f32> {
+        let d = prior.mean.len();
+        let precision = nalgebra::DMatrix::from_row_slice(d, d, &prior.precision);
+        let lower = nalgebra::Cholesky::new(precision).expect("a definite precision").l();
+        let moved = lower.tr_solve_lower_triangular(&nalgebra::DVector::from_column_slice(deviates)).expect("regular");
+        prior.mean.iter().zip(moved.iter()).map(|(mean, step)| (mean + step) as f32).collect()
+    };
+    let (identity, pose) = (weights(&priors.identity, identity), weights(&priors.pose, expression));
+    let positions = positions(&model(), &identity, &pose).expect("positions");
     let positions = positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
     Mesh { positions, faces: faces(), ..Mesh::default() }
 }
