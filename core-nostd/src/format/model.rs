@@ -256,7 +256,6 @@ impl<'a> Model<'a> {
         let (floats, indices) = (Floats::new(section.bytes), Indices::new(section.bytes));
         let found = match id {
             SectionId::Coefficients => first_beyond(section.bytes),
-            SectionId::Remainder => floats.iter().position(|value| !(value.abs() <= limits::MAX_COEFFICIENT)),
             SectionId::Faces | SectionId::Landmarks => indices.iter().position(|vertex| vertex >= header.n_vertices),
             SectionId::Mirror => indices.iter().enumerate().position(|(vertex, other)| {
                 indices.get(other as usize).and_then(|back| usize::try_from(back).ok()) != Some(vertex)
@@ -273,8 +272,10 @@ impl<'a> Model<'a> {
                     !fits
                 })
             }
-            SectionId::IdentityMean | SectionId::PoseMean | SectionId::PoseStarts => {
-                floats.iter().position(|value| !(value.abs() <= limits::MAX_WEIGHT))
+            SectionId::IdentityMean | SectionId::PoseMean | SectionId::PoseStarts | SectionId::Remainder => {
+                let lengths = matches!(id, SectionId::Remainder);
+                let limit = if lengths { limits::MAX_COEFFICIENT } else { limits::MAX_WEIGHT };
+                floats.iter().position(|value| !(value.abs() <= limit))
             }
             SectionId::LandmarkNames => self.first_wrong_text(section, self.landmarks().map(|all| all.len())),
             SectionId::PoseNames => {

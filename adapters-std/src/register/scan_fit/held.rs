@@ -148,6 +148,10 @@ impl Generator for Held {
     }
 
     fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
+        // A round takes one step, from here.
+        if weights.identity == self.identity && weights.pose == self.pose {
+            return self.values.get(vertex).copied();
+        }
         let columns = self.steps(weights).zip(self.row(vertex)?);
         Some(columns.fold(*self.values.get(vertex)?, |value, (step, column)| moved(value, step, *column)))
     }
