@@ -135,6 +135,8 @@ pub(super) fn header(bytes: &[u8], path: &Path) -> Result<Header, Error> {
                 element.properties.push(property);
             }
             [b"end_header"] => {
+                // Also before a binary body: a text with such a name could not be read again.
+                check_is_text(&bytes[..lines.at], path)?;
                 let encoding = encoding.ok_or_else(|| malformed(line, "the header has no line \"format\"".into()))?;
                 return Ok(Header { encoding, elements, n_textures, body: lines.at, body_line: line + 1 });
             }

@@ -150,20 +150,30 @@ fn every_line_end_is_read() {
 #[test]
 fn what_ply_cannot_hold_is_named() {
     let attribute = |name: &str| Attribute { name: name.into(), scalar: Scalar::U8, values: vec![0.5] };
-    let names = ["red", "green", "blue", "x", "nx", "a b", "", "ä"];
+    let names = ["red", "green", "blue", "x", "nx", "a b", "", "a\0b", "ä"];
     let attributes = names.map(attribute).into();
     let mesh = Mesh { positions: vec![[0.0; 3]], attributes, ..Mesh::default() };
     for encoding in ENCODINGS {
         let formatted = format(&mesh.clone().into(), &WriteOptions { encoding }).expect("written");
-        assert_eq!(formatted.left_out.len(), 6);
+        assert_eq!(formatted.left_out.len(), 7);
         assert!(formatted.left_out[0].contains("\"a b\", whose name is no word"), "{:?}", formatted.left_out);
-        assert!(formatted.left_out[2].contains("\"red\", whose name PLY has for something else"));
+        assert!(formatted.left_out[3].contains("\"red\", whose name PLY has for something else"));
         let file = file(&formatted.bytes).expect("what was written is read");
         let kept: Vec<_> = file.mesh.attributes.iter().map(|a| (&a.name[..], a.scalar, a.values[0])).collect();
         assert_eq!(kept, [("nx", Scalar::F64, 0.5), ("ä", Scalar::F64, 0.5)]);
     }
     let rich = &rich_files()[1];
     assert_eq!(format(rich, &WriteOptions::default()).expect("written").left_out.len(), 2);
+}
+
+/// Found by fuzzing: such a name in a text file would make it binary.
+#[test]
+fn a_zero_byte_in_the_header_is_refused_in_every_encoding() {
+    for encoding in ["ascii", "binary_little_endian"] {
+        let bytes = format!("ply\nformat {encoding} 1.0\nelement vertex 0\nproperty float \0x\nend_header\n");
+        let said = outcome(bytes.as_bytes()).expect_err("refused").to_string();
+        assert!(said.contains(&format!("byte {}: a zero byte", bytes.find('\0').expect("one"))), "{said}");
+    }
 }
 
 #[test]

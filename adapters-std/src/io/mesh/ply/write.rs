@@ -104,7 +104,7 @@ fn columns<'a>(mesh: &'a Mesh, losses: &mut Losses) -> Vec<Column<'a>> {
 
 /// Whether the name can stand in a header.
 fn is_word(name: &str) -> bool {
-    !name.is_empty() && !name.bytes().any(|byte| byte.is_ascii_whitespace())
+    !name.is_empty() && !name.bytes().any(|byte| byte.is_ascii_whitespace() || byte == 0)
 }
 
 /// Signed indices are what most programs expect; they reach as far as any mesh that fits in memory here.
