@@ -1,52 +1,33 @@
 //! `habitus measure distance` as a user meets it.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+// Each of these tests needs a part of it.
+#[allow(dead_code)]
+mod program;
+
+use std::process::Output;
 
 use habitus::io::mesh as mesh_files;
 use habitus::mesh::Mesh;
+use program::Folder;
 use serde_json::Value;
 
+/// The words of `measure distance` with these arguments.
+fn distance<'a>(arguments: &[&'a str]) -> Vec<&'a str> {
+    [&["measure", "distance"], arguments].concat()
+}
+
 fn habitus(arguments: &[&str]) -> Output {
-    let words = [&["measure", "distance"], arguments].concat();
-    Command::new(env!("CARGO_BIN_EXE_habitus")).args(words).output().expect("the program starts")
+    program::habitus(&distance(arguments))
 }
 
 /// Runs with `--json` and returns the object and what was said on stderr.
 fn json(arguments: &[&str]) -> (Value, String) {
-    let output = habitus(&[arguments, &["--json"]].concat());
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success(), "{arguments:?}: {said}");
-    (serde_json::from_slice(&output.stdout).unwrap(), said)
+    program::json_and_said(&distance(arguments))
 }
 
 /// Runs what must be refused with this status; returns what was said on stderr.
 fn refused(arguments: &[&str], status: i32) -> String {
-    let output = habitus(arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {said}");
-    said
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_distance").join(name);
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        Folder(folder)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
-    fn write(&self, name: &str, mesh: &Mesh) -> String {
-        let path = self.path(name);
-        mesh_files::write(&path, mesh).unwrap();
-        path
-    }
+    program::refused(&distance(arguments), status)
 }
 
 /// A square sheet of side 40 with 81 vertices at depth `z`.
@@ -58,7 +39,7 @@ fn sheet(z: f64) -> Mesh {
 
 #[test]
 fn two_sheets_give_figures_a_coloured_mesh_and_a_picture() {
-    let folder = Folder::new("sheets");
+    let folder = Folder::new("cli_distance", "sheets");
     let (a, b) = (folder.write("a.ply", &sheet(0.0)), folder.write("b.obj", &sheet(2.0)));
     let (ply, png) = (folder.path("out.ply"), folder.path("out.png"));
     let (object, _) = json(&[&a, &b, "--ply", &ply, "--png", &png, "--size", "60", "--max", "4", "--within", "1,2.5"]);
@@ -92,7 +73,7 @@ fn two_sheets_give_figures_a_coloured_mesh_and_a_picture() {
 
 #[test]
 fn samples_and_clouds_are_measured_too() {
-    let folder = Folder::new("clouds");
+    let folder = Folder::new("cli_distance", "clouds");
     let a = folder.write("a.ply", &sheet(0.0));
     let cloud = folder.write("cloud.ply", &Mesh { faces: Vec::new(), ..sheet(1.0) });
     let words = [&a, &cloud, "--samples", "200", "--size", "60", "--png", &folder.path("out.png")];
@@ -108,7 +89,7 @@ fn samples_and_clouds_are_measured_too() {
 
 #[test]
 fn other_units_give_a_warning() {
-    let folder = Folder::new("units");
+    let folder = Folder::new("cli_distance", "units");
     let metres = sheet(0.0).positions.iter().map(|p| p.map(|x| x / 1000.0)).collect();
     let a = folder.write("metres.ply", &Mesh { positions: metres, ..sheet(0.0) });
     let b = folder.write("b.ply", &sheet(0.0));
@@ -120,7 +101,7 @@ fn other_units_give_a_warning() {
 
 #[test]
 fn what_cannot_be_measured_is_refused_with_the_remedy() {
-    let folder = Folder::new("refused");
+    let folder = Folder::new("cli_distance", "refused");
     let a = folder.write("a.ply", &sheet(0.0));
     let cloud = folder.write("cloud.ply", &Mesh { faces: Vec::new(), ..sheet(0.0) });
     let flat = folder.write("flat.ply", &Mesh { faces: vec![[0, 1, 2]], ..sheet(0.0) });

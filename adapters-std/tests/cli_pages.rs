@@ -1,30 +1,15 @@
 //! The pages of `habitus demo`, `fit --report` and `measure model --report`: everything they name is there, nothing leads elsewhere, and their
 //! figures are those of `figures.json`.
 
+// Each of these tests needs a part of it.
+#[allow(dead_code)]
+mod program;
+
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
+use program::{Folder, habitus, json};
 use serde_json::Value;
-
-fn habitus(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_habitus")).args(arguments).output().expect("the program starts")
-}
-
-/// Runs with `--json` and returns the object.
-fn json(arguments: &[&str]) -> Value {
-    let output = habitus(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// The folder of these tests, anew.
-fn folder() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_pages");
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    folder
-}
 
 /// The values of an attribute of a page, in order.
 fn values<'a>(html: &'a str, attribute: &str) -> Vec<&'a str> {
@@ -76,7 +61,7 @@ fn checked(folder: &Path, least_pictures: usize, least_figures: usize) -> (Strin
 /// One demonstration serves all, since it takes longest.
 #[test]
 fn demo_and_reports_are_pages() {
-    let folder = folder();
+    let Folder(folder) = Folder::new("cli_pages", "");
     let path = |name: &str| folder.join(name).display().to_string();
     let small = ["demo", "--identities", "20", "--unseen", "2", "-o"];
     let mut said = json(&[&small[..], &[&path("demo")]].concat());

@@ -1,56 +1,26 @@
 //! `habitus synth scans` as a user meets it.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+// Each of these tests needs a part of it.
+#[allow(dead_code)]
+mod program;
+
+use std::path::PathBuf;
 
 use habitus::io::{mesh as mesh_files, npy};
 use habitus::mesh::Mesh;
 use habitus::mesh::field::{Field, Grid};
 use habitus::mesh::isosurface::{Border, isosurface};
+use program::{Folder, habitus, json, refused};
 use serde_json::Value;
 
-fn habitus(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_habitus")).args(arguments).output().expect("the program starts")
-}
-
-/// Runs with `--json` and returns the object.
-fn json(arguments: &[&str]) -> Value {
-    let output = habitus(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// Runs what must be refused with this status; returns what was said on stderr.
-fn refused(arguments: &[&str], status: i32) -> String {
-    let output = habitus(arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {said}");
-    said
-}
-
-struct Folder(PathBuf);
-
 impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_scans").join(name);
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        Folder(folder)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
     /// A ball of radius 40 in a file, its coordinates times `scale`.
     fn ball(&self, name: &str, scale: f64) -> String {
         let grid = Grid::around([-40.0; 3], [40.0; 3], 5.0, 5.0).unwrap();
         let field = Field::sampled(grid, |p| p.iter().map(|x| x * x).sum::<f64>().sqrt() - 40.0).unwrap();
         let mut ball = isosurface(&field, 0.0, Border::Closed).unwrap();
         ball.positions.iter_mut().flatten().for_each(|x| *x *= scale);
-        let path = self.path(name);
-        mesh_files::write(&path, &ball).unwrap();
-        path
+        self.write(name, &ball)
     }
 
     /// The file of a record.
@@ -81,7 +51,7 @@ fn errors(folder: &Folder, scans: &str, record: &Value) -> Vec<Option<f64>> {
 
 #[test]
 fn scans_come_with_their_truth() {
-    let folder = Folder::new("truth");
+    let folder = Folder::new("cli_scans", "truth");
     let [ball, out] = [folder.ball("ball.ply", 1.0), folder.path("out")];
     let arguments = ["synth", "scans", &ball, &ball, "-o", &out, "--views", "3", "--pixel", "1", "--outliers", "0.02"];
     let placed = [&arguments[..], &["--place", "180,500", "--floor", "--blobs", "8"]].concat();
@@ -129,7 +99,7 @@ fn scans_come_with_their_truth() {
 
 #[test]
 fn a_scanner_without_faults_sees_the_surface_in_any_unit() {
-    let folder = Folder::new("units");
+    let folder = Folder::new("cli_scans", "units");
     for (unit, scale) in [("mm", 1.0), ("cm", 0.1), ("m", 1e-3), ("in", 1.0 / 25.4)] {
         let [ball, out] = [folder.ball(&format!("{unit}.ply"), scale), folder.path(unit)];
         let arguments = ["synth", "scans", &ball, "-o", &out, "--unit", unit, "--faultless", "--pixel", "2", "--cloud"];
@@ -145,7 +115,7 @@ fn a_scanner_without_faults_sees_the_surface_in_any_unit() {
 
 #[test]
 fn what_cannot_be_scanned_is_refused_with_the_remedy() {
-    let folder = Folder::new("refused");
+    let folder = Folder::new("cli_scans", "refused");
     let [ball, metres] = [folder.ball("ball.ply", 1.0), folder.ball("metres.ply", 1e-3)];
     let out = folder.path("out");
     let scan =

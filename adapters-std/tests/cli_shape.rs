@@ -1,53 +1,16 @@
 //! `habitus clean` with normals and frames, `habitus convert` with other triangles and points, as a user meets them.
 
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+// Each of these tests needs a part of it.
+#[allow(dead_code)]
+mod program;
+
+use std::path::Path;
 
 use habitus::io::mesh::{self as mesh_files, MeshFile, MorphTarget, WriteOptions};
 use habitus::mesh::field::{Field, Grid};
 use habitus::mesh::isosurface::{Border, isosurface};
 use habitus::mesh::{Mesh, Topology};
-use serde_json::Value;
-
-fn habitus(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_habitus")).args(arguments).output().expect("the program starts")
-}
-
-/// Runs with `--json` and returns the object.
-fn json(arguments: &[&str]) -> Value {
-    let output = habitus(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).unwrap()
-}
-
-/// Runs what must be refused with this status; returns what was said on stderr.
-fn refused(arguments: &[&str], status: i32) -> String {
-    let output = habitus(arguments);
-    let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(status), "{arguments:?}: {said}");
-    said
-}
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_shape").join(name);
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).unwrap();
-        Folder(folder)
-    }
-
-    fn path(&self, name: &str) -> String {
-        self.0.join(name).display().to_string()
-    }
-
-    fn write(&self, name: &str, mesh: &Mesh) -> String {
-        let path = self.path(name);
-        mesh_files::write(&path, mesh).unwrap();
-        path
-    }
-}
+use program::{Folder, habitus, json, refused};
 
 /// Balls grown together: centres and radii.
 fn balls(balls: &[([f64; 3], f64)]) -> Mesh {
@@ -85,7 +48,7 @@ fn near(a: [f64; 3], b: [f64; 3], limit: f64) -> bool {
 
 #[test]
 fn clean_gives_a_cloud_normals() {
-    let folder = Folder::new("normals");
+    let folder = Folder::new("cli_shape", "normals");
     let cloud = folder.write("ball.ply", &Mesh { faces: Vec::new(), ..ball() });
     let out = folder.path("out.ply");
     let outward = |mesh: &Mesh| {
@@ -116,7 +79,7 @@ fn clean_gives_a_cloud_normals() {
 
 #[test]
 fn clean_warns_of_a_sheet_that_may_face_either_way() {
-    let folder = Folder::new("sheet");
+    let folder = Folder::new("cli_shape", "sheet");
     let positions = (0..400).map(|i| [f64::from(i % 20), f64::from(i / 20), 0.0]).collect();
     let sheet = folder.write("sheet.ply", &Mesh { positions, ..Mesh::default() });
     let said = json(&["clean", &sheet, "--normals"]);
@@ -127,7 +90,7 @@ fn clean_warns_of_a_sheet_that_may_face_either_way() {
 
 #[test]
 fn clean_finds_the_unit_and_the_axes_by_a_template() {
-    let folder = Folder::new("frame");
+    let folder = Folder::new("cli_shape", "frame");
     let template = folder.write("template.ply", &blobs());
     let original = blobs();
     let displacement = [0.0, 3.0, 1.0];
@@ -165,7 +128,7 @@ fn clean_finds_the_unit_and_the_axes_by_a_template() {
 
 #[test]
 fn clean_refuses_a_frame_that_cannot_be_told() {
-    let folder = Folder::new("refused");
+    let folder = Folder::new("cli_shape", "refused");
     let (template, out) = (folder.write("template.ply", &blobs()), folder.path("out.ply"));
     let round = folder.write("ball.ply", &ball());
     let said = refused(&["clean", &round, "--template", &round, "-o", &out], 1);
@@ -181,7 +144,7 @@ fn clean_refuses_a_frame_that_cannot_be_told() {
 
 #[test]
 fn convert_makes_fewer_faces() {
-    let folder = Folder::new("faces");
+    let folder = Folder::new("cli_shape", "faces");
     let (input, out) = (folder.write("blobs.ply", &blobs()), folder.path("out.obj"));
     let said = json(&["convert", &input, "--faces", "300", "-o", &out]);
     assert_eq!((&said["written_faces"], &said["decimation"]["faces"]), (&300.into(), &300.into()));
@@ -198,7 +161,7 @@ fn convert_makes_fewer_faces() {
 
 #[test]
 fn convert_makes_points() {
-    let folder = Folder::new("points");
+    let folder = Folder::new("cli_shape", "points");
     let (input, out) = (folder.write("ball.ply", &ball()), folder.path("out.ply"));
     let run = |seed: &str| {
         json(&["convert", &input, "--points", "200", "--seed", seed, "-o", &out]);
@@ -219,7 +182,7 @@ fn convert_makes_points() {
 
 #[test]
 fn convert_makes_a_mesh_anew_and_closes_it() {
-    let folder = Folder::new("remesh");
+    let folder = Folder::new("cli_shape", "remesh");
     let (whole, out) = (folder.write("ball.ply", &ball()), folder.path("out.ply"));
     let said = json(&["convert", &whole, "--remesh", "5", "-o", &out]);
     assert_eq!((&said["remesh"]["spacing"], said["warnings"].as_array().unwrap().len()), (&5.0.into(), 0));

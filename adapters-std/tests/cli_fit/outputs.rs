@@ -3,7 +3,8 @@
 use habitus::io::mesh as mesh_files;
 use serde_json::Value;
 
-use crate::work::{habitus, json, mean_distance, work};
+use crate::program::{habitus, json};
+use crate::work::{mean_distance, work};
 
 fn numbers(list: &Value) -> Vec<f64> {
     list.as_array().expect("a list").iter().map(|x| x.as_f64().expect("a number")).collect()

@@ -1,23 +1,13 @@
 //! A small procedural population, its model, and a scan of a face of the model with known truth: made once.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 use habitus::io::mesh as mesh_files;
 use habitus::mesh::Mesh;
 use serde_json::Value;
 
-pub fn habitus(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_habitus")).args(arguments).output().expect("the program starts")
-}
-
-/// Runs with `--json` and returns the object; fails with what the program said.
-pub fn json(arguments: &[&str]) -> Value {
-    let output = habitus(&[arguments, &["--json"]].concat());
-    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("an object")
-}
+use crate::program::{Folder, habitus, json};
 
 /// The identity and the expression of the truth, in standard deviations.
 const IDENTITY: &str = "1,-0.8,0.6,0.5";
@@ -132,9 +122,7 @@ pub fn train(folder: &Path, without: &[&str], output: &str) {
 pub fn work() -> &'static Work {
     static WORK: OnceLock<Work> = OnceLock::new();
     WORK.get_or_init(|| {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_fit");
-        let _ = std::fs::remove_dir_all(&folder);
-        std::fs::create_dir_all(&folder).expect("a folder");
+        let Folder(folder) = Folder::new("cli_fit", "");
         let path = |name: &str| folder.join(name).display().to_string();
         json(&["synth", "faces", "--identities", "8", "--level", "3", "-o", &path("faces")]);
         train(&folder, &[], "face.hab");

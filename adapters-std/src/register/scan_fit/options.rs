@@ -14,7 +14,7 @@ pub struct ScanFitOptions {
     pub sigma: f64,
     /// Area of surface whose points count as one observation, mm^2: what the model cannot express is alike over such distances.
     pub independent_area: f64,
-    /// Standard deviation of what the model cannot express, mm along the normal; 0: the model expresses everything.
+    /// Standard deviation of what the model cannot express, mm along the normal; 0: the model expresses everything, and its remainder is not looked at either.
     pub displacement: f64,
     /// Distance over which that is alike, mm.
     pub correlation: f64,
