@@ -15,6 +15,7 @@ mod info_mesh;
 mod measure_distance;
 mod measure_model;
 mod outputs;
+mod pace;
 mod synth_faces;
 mod synth_scans;
 mod train_face;
