@@ -293,7 +293,7 @@ mod tests {
             ("[[1, 2, 3],\n 7]", "line 2, column 2: landmark 1 (counted from 0) is 7: give"),
             ("[[1, 2, 1e300]]", "column 2: landmark 0 (counted from 0) has a coordinate beyond"),
             ("{\"chin\": [1, 2, 3], \"nose_tip\": null}", "column 33: the landmark \"nose_tip\" is null: give"),
-            ("{\"chin\": 1, \"chin\": 2}", "column 22: the landmark \"chin\" is there twice"),
+            ("{\"chin\": 1, \"chin\": 2}", "column 21: the landmark \"chin\" is there twice"),
             ("[]", "column 1: there is no landmark in it"),
             ("{}", "column 1: there is no landmark in it"),
         ] {
