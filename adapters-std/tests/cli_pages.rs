@@ -112,6 +112,7 @@ fn demo_and_reports_are_pages() {
     json(&["measure", "model", &model, "--report", &path("file")]);
     let (html, _) = checked(&folder.join("file"), 20, 2);
     assert!(html.contains("Identity weight") && html.contains("no person was scanned"));
+    assert!(html.contains("Generalization and specificity are not shown") && html.contains("weight 1 is not shown"));
 }
 
 #[test]
