@@ -229,7 +229,7 @@ fn errors(scans: &[UnseenScan], fits: &[FaceFit]) -> Result<Section, Error> {
             within.svg()?,
             "plots/within.svg",
             "Share of the vertices within each error, for fits to all points, to scans, to landmarks, and for the mean face",
-            "Which share of all vertices is within which error, by what the fit knows. The axis ends where 99.5 % of each are within it.",
+            "Which share of all vertices is within which error, by what the fit knows. The axis ends where 99.5 % of each but the widest are within it.",
         ),
     ];
     Ok(Section { title: "How the errors are spread".into(), blocks: vec![Block::Plots(plots)] })
