@@ -55,6 +55,7 @@ impl ModelMemory {
             pose_dim: size.pose as u32,
             identity_linear: false,
             pose_linear: false,
+            dual_quaternion: false,
         };
         let (blocks, terms) = (header.n_blocks(), header.n_terms());
         let mut coefficients = vec![0u8; 4 * blocks * terms * NUMBERS];

@@ -116,6 +116,13 @@ pub enum Error {
     },
     /// Points that do not determine a placement: fewer than three, or on a line.
     Degenerate,
+    /// The model is of another kind, or its coefficients are stored in another way, than the function is for.
+    WrongKind {
+        /// The kind, or the element type, that the function is for.
+        expected: u32,
+        /// What the model has.
+        found: u32,
+    },
     /// The model has no such part, for instance no landmarks.
     Unsupported {
         /// Identifier of the section that would be needed.
@@ -152,6 +159,7 @@ pub enum Code {
     NotConverged = 402,
     Degenerate = 403,
     Unsupported = 501,
+    WrongKind = 502,
 }
 
 impl Error {
@@ -180,6 +188,7 @@ impl Error {
             Error::NotConverged { .. } => Code::NotConverged,
             Error::Degenerate => Code::Degenerate,
             Error::Unsupported { .. } => Code::Unsupported,
+            Error::WrongKind { .. } => Code::WrongKind,
         }
     }
 }
@@ -188,7 +197,7 @@ impl Error {
     /// The two numbers of the error in the order of their declaration, zero where it has fewer.
     pub const fn numbers(self) -> [u32; 2] {
         match self {
-            Error::DimensionMismatch { expected, found } => [expected, found],
+            Error::DimensionMismatch { expected, found } | Error::WrongKind { expected, found } => [expected, found],
             Error::IndexOutOfRange { index, limit } => [index, limit],
             Error::OutputTooSmall { needed, given } | Error::WorkspaceTooSmall { needed, given } => [needed, given],
             Error::Truncated { needed, found } => [needed, found],
@@ -250,6 +259,9 @@ impl fmt::Display for Error {
             Error::NonPositivePivot { index } => write!(f, "the matrix is not positive definite at row {index}"),
             Error::NotConverged { iterations } => write!(f, "no convergence after {iterations} iterations"),
             Error::Degenerate => f.write_str("the points do not determine a placement: fewer than three, or on a line"),
+            Error::WrongKind { expected, found } => {
+                write!(f, "the function is for models of kind or storage {expected}, this one has {found}")
+            }
             Error::Unsupported { section } => write!(f, "the model has no section {section}"),
         }
     }

@@ -22,8 +22,11 @@ pub mod format;
 pub mod generator;
 pub mod linalg;
 pub mod prior;
+pub mod quantise;
 pub mod real;
 pub mod rotation;
+pub mod skeleton;
+pub mod skinning;
 pub mod solve;
 #[cfg(test)]
 mod testing;

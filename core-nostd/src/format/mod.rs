@@ -4,6 +4,8 @@
 
 pub mod limits;
 
+mod content;
+mod content_skin;
 mod crc;
 mod header;
 mod model;
@@ -19,3 +21,5 @@ pub use write::{SectionSource, write, written_len};
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use tests::forged;

@@ -33,6 +33,7 @@ impl Coefficients<'_> {
             pose_dim: count(pose)?,
             identity_linear: linear,
             pose_linear: linear,
+            dual_quaternion: false,
         })
     }
 

@@ -1,0 +1,441 @@
+//! The S-SCAPE generator, eq. 9.1 to 9.3: a linear rest shape, a skeleton that stands in it, and skinning.
+
+use super::lanes::{Axes, Columns, Lanes, One, Whole};
+use super::rest::Rest;
+use super::{At, Block, Generator, LANES, NUMBERS, Weights};
+use crate::skeleton::{JointMode, Posed, Skeleton};
+pub use crate::skinning::Blend;
+use crate::skinning::dual_quaternion::{self, Screw, lane_of, signed_weights};
+use crate::skinning::linear_blend::{self, arm, moved, turn_about, turned};
+use crate::skinning::{Holds, Influences};
+use crate::workspace::Requirement;
+
+/// Corrective terms of each joint: the entries of its rotation against its parent, less the identity, by rows.
+pub const CORRECTIONS: usize = 9;
+
+/// A body over a model file; copying it copies views.
+///
+/// `x_i(z, theta)` is the blend of the joints' motions applied to the rest shape `v_i(z) = mean_i + A_i z + C_i f(theta)`, where `f` are the
+/// entries of the joints' rotations less the identity (models without corrective terms have no `C`). The pose weights are the joints' angles in the order of
+/// the joints: one for a revolute joint, a rotation vector for a ball, radians.
+///
+/// Derivatives, for [`Blend::Linear`] and angle k of joint a with axis `a'_k` and anchor `p'_a`: `sum_j a'_k x (omega_j x_j - omega_j p'_a)` over the joints j
+/// that hold the vertex and are moved by a, plus `B C f'`; by weight l: `B A_l + sum_j omega_j D_jl`. For dual quaternions the same by the chain rule.
+///
+/// Order of summation: that of [`Linear`](super::linear::Linear) for the rest shape (components, then corrections), of the skinning kernels over the joints in ascending order; a column of an
+/// angle sums over the holding joints, each walked to its root, then the corrections.
+#[derive(Debug, Clone, Copy)]
+pub struct Skinned<'a, R> {
+    pub(super) rest: R,
+    pub(super) skeleton: Skeleton<'a>,
+    pub(super) influences: Influences<'a>,
+    /// Block of the file at which the rest shape begins.
+    pub(super) first_block: usize,
+    pub(super) blend: Blend,
+    pub(super) joints: JointMode,
+}
+
+/// The state, carved.
+struct State<'s> {
+    motions: &'s [[f32; 12]],
+    duals: &'s [[f32; 8]],
+    corrections: &'s [f32],
+    first_angles: &'s [f32],
+    anchors: &'s [[f32; 3]],
+    axes: &'s [[f32; 3]],
+    correction_slopes: &'s [[f32; CORRECTIONS]],
+    shifts: &'s [[f32; 3]],
+}
+
+impl<'a, R: Rest> Skinned<'a, R> {
+    pub(crate) fn new(rest: R, skeleton: Skeleton<'a>, influences: Influences<'a>, blend: Blend) -> Self {
+        let joints = if skeleton.is_regressed() { JointMode::Regressed } else { JointMode::Mean };
+        Skinned { rest, skeleton, influences, first_block: 0, blend, joints }
+    }
+
+    /// The same body with motions blended in another way than its file says.
+    pub const fn with_blend(mut self, blend: Blend) -> Self {
+        self.blend = blend;
+        self
+    }
+
+    /// The same body with joints that follow the identity (where the file knows how), or stay.
+    pub const fn with_joints(mut self, joints: JointMode) -> Self {
+        self.joints = joints;
+        self
+    }
+
+    /// How motions are blended.
+    pub const fn blend(&self) -> Blend {
+        self.blend
+    }
+
+    /// Whether joints follow the identity.
+    pub const fn joints(&self) -> JointMode {
+        self.joints
+    }
+
+    /// The rest shape: the body in the standard posture.
+    pub const fn rest(&self) -> &R {
+        &self.rest
+    }
+
+    /// The skeleton.
+    pub const fn skeleton(&self) -> &Skeleton<'a> {
+        &self.skeleton
+    }
+
+    /// Who holds what.
+    pub const fn influences(&self) -> &Influences<'a> {
+        &self.influences
+    }
+
+    /// Where the joints stand, in the pose that `at` was begun with, millimetres; `None` for a joint that is not there.
+    pub fn joint_position(&self, at: At<'_>, joint: usize) -> Option<[f32; 3]> {
+        // A joint turns about itself: its own motion leaves it where its parent's takes it.
+        let place = self.skeleton.placed(joint, at.weights.identity, self.joints)?;
+        let state = self.state(at);
+        Some(moved(state.motions.get(joint)?, &place.map(|value| [value])).map(|[value]| value))
+    }
+
+    /// Numbers of each part of the state, in its order.
+    fn sizes(&self, derivatives: bool) -> [usize; 8] {
+        let (joints, angles) = (self.skeleton.n_joints(), self.skeleton.pose_dim());
+        let when = |wanted: bool, numbers: usize| if wanted { numbers } else { 0 };
+        let corrected = self.rest.corrections() != 0;
+        let follows = self.joints == JointMode::Regressed && self.skeleton.is_regressed();
+        [
+            12 * joints,
+            when(self.blend == Blend::DualQuaternion, 8 * joints),
+            when(corrected, CORRECTIONS * joints),
+            when(derivatives, joints),
+            when(derivatives, 3 * joints),
+            when(derivatives, 3 * angles),
+            when(derivatives && corrected, CORRECTIONS * angles),
+            when(derivatives && follows, 3 * joints * self.rest.identity_dim()),
+        ]
+    }
+
+    #[inline(always)]
+    fn state<'s>(&self, at: At<'s>) -> State<'s> {
+        let mut rest = at.state;
+        let mut parts = self.sizes(at.derivatives).map(|numbers| {
+            let (part, behind) = rest.split_at_checked(numbers).unwrap_or_default();
+            rest = behind;
+            part
+        });
+        let mut next = 0;
+        let mut take = || {
+            let part = parts.get_mut(next).map(core::mem::take).unwrap_or_default();
+            next += 1;
+            part
+        };
+        State {
+            motions: take().as_chunks().0,
+            duals: take().as_chunks().0,
+            corrections: take(),
+            first_angles: take(),
+            anchors: take().as_chunks().0,
+            axes: take().as_chunks().0,
+            correction_slopes: take().as_chunks().0,
+            shifts: take().as_chunks().0,
+        }
+    }
+
+    /// The vertices of the rest shape `rest`, posed.
+    #[inline(always)]
+    fn posed<const N: usize, L: Lanes<N>>(
+        &self,
+        lanes: L,
+        holds: Holds<'a>,
+        state: &State<'_>,
+        rest: &Axes<N>,
+    ) -> Axes<N> {
+        match self.blend {
+            Blend::Linear => linear_blend::blended(lanes, holds, state.motions, rest),
+            Blend::DualQuaternion => {
+                screwed(&dual_quaternion::blended(lanes, holds, state.duals), rest, Screw::applied)
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn value<const N: usize, L: Lanes<N>>(&self, lanes: L, at: At<'_>, block: usize) -> Option<Axes<N>> {
+        let state = self.state(at);
+        let rest = self.rest.shape(lanes, block, at.weights.identity, state.corrections)?;
+        Some(self.posed(lanes, self.influences.block(block + self.first_block)?, &state, &rest))
+    }
+
+    #[inline(always)]
+    fn linearised<const N: usize, L: Lanes<N>>(
+        &self,
+        lanes: L,
+        at: At<'_>,
+        block: usize,
+        columns: &mut (impl Columns<N> + ?Sized),
+    ) -> Option<Axes<N>> {
+        let state = self.state(at);
+        let holds = self.influences.block(block + self.first_block)?;
+        let rest = self.rest.shape(lanes, block, at.weights.identity, state.corrections)?;
+        let value = self.posed(lanes, holds, &state, &rest);
+        let dim = self.rest.identity_dim();
+        for column in dim..dim + self.skeleton.pose_dim() {
+            columns.set(column, [[0.0; N]; 3]);
+        }
+        let blend = match self.blend {
+            Blend::Linear => {
+                self.turn_linear(lanes, holds, &state, &rest, columns);
+                Blended::Rotations(linear_blend::blended_rotations(lanes, holds, state.motions))
+            }
+            Blend::DualQuaternion => {
+                let blend = dual_quaternion::blended(lanes, holds, state.duals);
+                self.turn_dual(lanes, holds, &state, &blend, [&rest, &value], columns);
+                Blended::Duals(blend)
+            }
+        };
+        self.rest.components(lanes, block, |column, component| columns.set(column, blend.by_rest(&component)));
+        self.shift(lanes, holds, &state, &blend, columns);
+        self.rest.correct(lanes, block, self.skeleton.angles(), state.correction_slopes, |angle, change| {
+            add(columns, dim + angle, blend.by_rest(&change));
+        });
+        Some(value)
+    }
+
+    /// Adds the turns of the joints, for blended matrices.
+    #[inline(always)]
+    fn turn_linear<const N: usize, L: Lanes<N>>(
+        &self,
+        lanes: L,
+        holds: Holds<'a>,
+        state: &State<'_>,
+        rest: &Axes<N>,
+        columns: &mut (impl Columns<N> + ?Sized),
+    ) {
+        for (joint, weights) in holds.iter() {
+            let Some(motion) = state.motions.get(joint) else { continue };
+            let weights = lanes.weights(weights);
+            let mut weighted = moved(motion, rest);
+            for axis in &mut weighted {
+                for (value, weight) in axis.iter_mut().zip(weights) {
+                    *value *= weight;
+                }
+            }
+            self.ancestors(joint, state, |anchor, axes, first| {
+                let arm = arm(&weighted, &weights, anchor);
+                for (k, axis) in axes.iter().enumerate() {
+                    add(columns, first + k, turn_about(*axis, &arm));
+                }
+            });
+        }
+    }
+
+    /// Adds the turns of the joints, for blended dual quaternions; `shapes` are the rest shape and the posed one.
+    #[inline(always)]
+    fn turn_dual<const N: usize, L: Lanes<N>>(
+        &self,
+        lanes: L,
+        holds: Holds<'a>,
+        state: &State<'_>,
+        blend: &dual_quaternion::Dual<N>,
+        [rest, value]: [&Axes<N>; 2],
+        columns: &mut (impl Columns<N> + ?Sized),
+    ) {
+        signed_weights(lanes, holds, state.duals, |joint, motion, weights| {
+            self.ancestors(joint, state, |anchor, axes, first| {
+                for (k, axis) in axes.iter().enumerate() {
+                    let (turn, dual) = dual_quaternion::turned_by(*axis, anchor, motion);
+                    let mut change = [[0.0; N]; 3];
+                    for (lane, weight) in weights.iter().enumerate() {
+                        let screw = Screw::of(blend, lane);
+                        let (turn, dual) = (turn.map(|part| weight * part), dual.map(|part| weight * part));
+                        put(&mut change, lane, screw.by_blend(lane_of(rest, lane), lane_of(value, lane), turn, dual));
+                    }
+                    add(columns, first + k, change);
+                }
+            });
+        });
+    }
+
+    /// Calls `visit` with anchor, axes and first column of a joint and of all that carry it.
+    #[inline(always)]
+    fn ancestors(&self, joint: usize, state: &State<'_>, mut visit: impl FnMut([f32; 3], &[[f32; 3]], usize)) {
+        let mut next = Some(joint);
+        while let Some(joint) = next {
+            let parent = self.skeleton.parent(joint);
+            let first = |joint: usize| state.first_angles.get(joint).map_or(state.axes.len(), |&first| first as usize);
+            let angles = first(joint)..first(joint + 1);
+            if let (Some(anchor), Some(axes)) = (state.anchors.get(joint), state.axes.get(angles.clone())) {
+                visit(*anchor, axes, self.rest.identity_dim() + angles.start);
+            }
+            // Parents come before children, so this ends.
+            next = parent.filter(|&parent| parent < joint);
+        }
+    }
+
+    /// Adds what the joints do when they follow the identity.
+    #[inline(always)]
+    fn shift<const N: usize, L: Lanes<N>>(
+        &self,
+        lanes: L,
+        holds: Holds<'a>,
+        state: &State<'_>,
+        blend: &Blended<N>,
+        columns: &mut (impl Columns<N> + ?Sized),
+    ) {
+        let dim = self.rest.identity_dim();
+        if state.shifts.is_empty() {
+            return;
+        }
+        let mut one = |joint: usize, motion: Option<&[f32; 8]>, weights: &[f32; N]| {
+            let shifts = state.shifts.get(joint * dim..(joint + 1) * dim).unwrap_or_default();
+            for (column, shift) in shifts.iter().enumerate() {
+                add(columns, column, blend.by_shift(*shift, motion, weights));
+            }
+        };
+        match blend {
+            Blended::Rotations(_) => {
+                for (joint, weights) in holds.iter() {
+                    one(joint, None, &lanes.weights(weights));
+                }
+            }
+            Blended::Duals(_) => signed_weights(lanes, holds, state.duals, |joint, motion, weights| {
+                one(joint, Some(motion), &weights);
+            }),
+        }
+    }
+}
+
+/// The blend of each vertex.
+enum Blended<const N: usize> {
+    Rotations([[f32; N]; 9]),
+    Duals(dual_quaternion::Dual<N>),
+}
+
+impl<const N: usize> Blended<N> {
+    /// Change of the position by a change of the rest shape.
+    #[inline(always)]
+    fn by_rest(&self, change: &Axes<N>) -> Axes<N> {
+        match self {
+            Blended::Rotations(rotations) => turned(rotations, change),
+            Blended::Duals(duals) => screwed(duals, change, Screw::by_point),
+        }
+    }
+
+    /// Change of the position by a shift of one joint.
+    #[inline(always)]
+    fn by_shift(&self, shift: [f32; 3], motion: Option<&[f32; 8]>, weights: &[f32; N]) -> Axes<N> {
+        let mut out = [[0.0; N]; 3];
+        match (self, motion) {
+            (Blended::Duals(duals), Some(motion)) => {
+                let dual = crate::rotation::quaternion::dual_part([motion[0], motion[1], motion[2], motion[3]], shift);
+                for (lane, weight) in weights.iter().enumerate() {
+                    put(&mut out, lane, Screw::of(duals, lane).by_dual(dual.map(|part| weight * part)));
+                }
+            }
+            _ => {
+                for (out, shift) in out.iter_mut().zip(shift) {
+                    for (out, weight) in out.iter_mut().zip(weights) {
+                        *out = weight * shift;
+                    }
+                }
+            }
+        }
+        out
+    }
+}
+
+/// A map of each vertex by its own screw.
+#[inline(always)]
+fn screwed<const N: usize>(
+    blend: &dual_quaternion::Dual<N>,
+    vertices: &Axes<N>,
+    map: impl Fn(&Screw, [f32; 3]) -> [f32; 3],
+) -> Axes<N> {
+    let mut out = [[0.0; N]; 3];
+    for lane in 0..N {
+        put(&mut out, lane, map(&Screw::of(blend, lane), lane_of(vertices, lane)));
+    }
+    out
+}
+
+#[inline(always)]
+fn put<const N: usize>(axes: &mut Axes<N>, lane: usize, value: [f32; 3]) {
+    for (axis, value) in axes.iter_mut().zip(value) {
+        if let Some(to) = axis.get_mut(lane) {
+            *to = value;
+        }
+    }
+}
+
+#[inline(always)]
+fn add<const N: usize>(columns: &mut (impl Columns<N> + ?Sized), column: usize, value: Axes<N>) {
+    let mut sum = columns.get(column);
+    for (sum, value) in sum.iter_mut().zip(value) {
+        for (sum, value) in sum.iter_mut().zip(value) {
+            *sum += value;
+        }
+    }
+    columns.set(column, sum);
+}
+
+impl<R: Rest> Generator for Skinned<'_, R> {
+    fn vertex_count(&self) -> usize {
+        self.rest.vertex_count()
+    }
+
+    fn identity_dim(&self) -> usize {
+        self.rest.identity_dim()
+    }
+
+    fn pose_dim(&self) -> usize {
+        self.skeleton.pose_dim()
+    }
+
+    fn state_req(&self, derivatives: bool) -> Requirement {
+        Requirement::of(self.sizes(derivatives).iter().sum())
+    }
+
+    fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        let mut rest = state;
+        let mut parts = self.sizes(derivatives).map(|numbers| {
+            let (part, behind) = core::mem::take(&mut rest).split_at_mut_checked(numbers).unwrap_or_default();
+            rest = behind;
+            part
+        });
+        let mut next = 0;
+        let mut take = || {
+            let part = parts.get_mut(next).map(core::mem::take).unwrap_or_default();
+            next += 1;
+            part
+        };
+        let mut posed = Posed {
+            motions: take().as_chunks_mut().0,
+            duals: take().as_chunks_mut().0,
+            corrections: take().as_chunks_mut().0,
+            first_angles: take(),
+            anchors: take().as_chunks_mut().0,
+            axes: take().as_chunks_mut().0,
+            correction_slopes: take().as_chunks_mut().0,
+            shifts: take().as_chunks_mut().0,
+        };
+        self.skeleton.pose(weights.identity, weights.pose, self.joints, &mut posed);
+    }
+
+    #[inline(always)]
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
+        Some(Block { axes: self.value(Whole, at, block)? })
+    }
+
+    #[inline(always)]
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
+        Some(Block { axes: self.linearised(Whole, at, block, jacobian)? })
+    }
+
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
+        Some(self.value(One(vertex % LANES), at, vertex / LANES)?.map(|[value]| value))
+    }
+
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
+        Some(self.linearised(One(vertex % LANES), at, vertex / LANES, jacobian)?.map(|[value]| value))
+    }
+}
