@@ -10,7 +10,9 @@ use habitus_core::format::Mode;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::{self, Prepared};
 use habitus_core::generator::{Generator, LANES, NUMBERS, Weights};
-pub use habitus_dispatch::{evaluate, fit_points, linearise, normal_equations, prepared};
+pub use habitus_dispatch::{
+    any_prepared, evaluate, evaluate_at, fit_points, linearise, linearise_at, normal_equations, prepared,
+};
 
 /// [`evaluate`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
 ///

@@ -12,9 +12,11 @@ use core::ops::Range;
 use habitus_core::Error;
 use habitus_core::fit::{self, FitOptions, FitReport, Frame, Samples};
 use habitus_core::format::Mode;
+use habitus_core::generator::any::AnyGenerator;
+use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::Prepared;
-use habitus_core::generator::{Generator, Weights};
+use habitus_core::generator::{At, Generator, Weights};
 use habitus_core::rotation::similarity::Similarity;
 
 /// A call with its arguments.
@@ -94,6 +96,45 @@ dispatched! {
         jacobian: &'a mut [f32],
     ) -> Result<(), Error> {
         generator.linearise(weights, blocks, values, jacobian)
+    }
+}
+
+dispatched! {
+    /// [`Generator::evaluate_at`] on one thread.
+    pub fn evaluate_at['a, G: Generator]['a, G](
+        generator: &'a G,
+        at: At<'a>,
+        vertices: Range<usize>,
+        out: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate_at(at, vertices, out)
+    }
+}
+
+dispatched! {
+    /// [`Generator::linearise_at`] on one thread.
+    pub fn linearise_at['a, G: Generator]['a, G](
+        generator: &'a G,
+        at: At<'a>,
+        blocks: Range<usize>,
+        values: &'a mut [f32],
+        jacobian: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.linearise_at(at, blocks, values, jacobian)
+    }
+}
+
+dispatched! {
+    /// [`AnyGenerator::prepared`] on one thread.
+    pub fn any_prepared['a, 'm: 'w, 'w]['a, 'm, 'w](
+        generator: &'a AnyGenerator<'m>,
+        fixed: Mode,
+        weights: &'a [f32],
+        blocks: Range<usize>,
+        workspace: &'w mut [f32],
+    ) -> Result<AnyPrepared<'w, 'm>, Error>
+    {
+        generator.prepared(fixed, weights, blocks, workspace)
     }
 }
 

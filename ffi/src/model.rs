@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use habitus_core::format::{Checksums, Mode, Model};
-use habitus_core::generator::bilinear::Bilinear;
+use habitus_core::generator::any::AnyGenerator;
 
 use crate::code::{Refusal, hab_code, hab_error_detail};
 use crate::memory::{Arguments, call};
@@ -14,7 +14,7 @@ use crate::memory::{Arguments, call};
 #[repr(C)]
 pub struct hab_model {
     /// Of this library alone.
-    pub opaque: [MaybeUninit<u64>; 32],
+    pub opaque: [MaybeUninit<u64>; 80],
 }
 
 /// What [`hab_model`] holds.
@@ -22,7 +22,7 @@ pub struct hab_model {
 pub(crate) struct Opened {
     tag: u64,
     pub(crate) model: Model<'static>,
-    pub(crate) generator: Bilinear<'static>,
+    pub(crate) generator: AnyGenerator<'static>,
     bytes: &'static [u8],
     end_tag: u64,
 }
@@ -47,6 +47,12 @@ pub enum hab_mode {
 pub enum hab_kind {
     /// Vertices are bilinear in identity and pose.
     HAB_KIND_BILINEAR = 1,
+    /// Vertices are linear in the identity; there are no pose weights.
+    HAB_KIND_LINEAR = 2,
+    /// A rest shape linear in the identity, a skeleton whose angles are the pose, and skinning.
+    HAB_KIND_SKINNED = 3,
+    /// A wavelet transform on a grid, each coefficient bilinear in weights of its own.
+    HAB_KIND_WAVELET = 4,
 }
 
 /// Counts of a model. Set struct_bytes to sizeof(hab_counts) before the call.
@@ -125,7 +131,7 @@ unsafe fn open(
         // the views in it are given no shorter a life.
         let bytes: &'static [u8] = unsafe { bytes.slice() };
         let model = Model::open_with(bytes, checksums)?;
-        let generator = model.bilinear()?;
+        let generator = model.generator()?;
         let opened = Opened { tag: TAG, model, generator, bytes, end_tag: !TAG };
         // SAFETY: `Opened` is no larger and no more aligned than `hab_model`, which can be written.
         unsafe { out.pointer().cast::<Opened>().write(opened) };

@@ -3,7 +3,7 @@
 use core::mem::MaybeUninit;
 
 use habitus_core::format::Mode;
-use habitus_core::generator::prepared::{Prepared, prepared_req};
+use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{Generator, Weights};
 use habitus_dispatch as kernel;
 
@@ -18,14 +18,14 @@ use crate::model::{hab_model, mode_of, opened};
 #[repr(C)]
 pub struct hab_prepared {
     /// Of this library alone.
-    pub opaque: [MaybeUninit<u64>; 16],
+    pub opaque: [MaybeUninit<u64>; 64],
 }
 
 /// What [`hab_prepared`] holds.
 #[repr(C)]
 pub(crate) struct Form {
     tag: u64,
-    pub(crate) form: Prepared<'static>,
+    pub(crate) form: AnyPrepared<'static, 'static>,
     numbers: &'static [f32],
     end_tag: u64,
 }
@@ -55,7 +55,7 @@ pub unsafe extern "C" fn hab_prepared_workspace_bytes(
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
         let blocks = range(first_block, n_blocks, generator.block_count())?;
-        let bytes = prepared_req(&generator, mode_of(fixed_mode, 2)?, &blocks).f32_bytes();
+        let bytes = generator.prepared_req(mode_of(fixed_mode, 2)?, &blocks)?.f32_bytes();
         // SAFETY: the caller's promise.
         unsafe { out.set(bytes) };
         Ok(())
@@ -99,10 +99,11 @@ pub unsafe extern "C" fn hab_prepared_init(
         length(3, dim, weights_len)?;
         // SAFETY: the caller's promise.
         let (weights, workspace) = unsafe { (weights.slice(), workspace.slice()) };
-        kernel::prepared(&generator, fixed, weights, blocks.clone(), workspace)?;
-        let needed = prepared_req(&generator, fixed, &blocks).numbers();
-        let numbers: &'static [f32] = workspace.get(..needed).unwrap_or_default();
-        let form = Prepared::of_numbers(&generator, fixed, blocks, numbers)?;
+        let memory = workspace.as_ptr();
+        let needed = generator.prepared_req(fixed, &blocks)?.numbers();
+        let form = kernel::any_prepared(&generator, fixed, weights, blocks, workspace)?;
+        // SAFETY: the form has been made, so the workspace holds at least what it needs; the form reads it and nobody writes it any more.
+        let numbers: &'static [f32] = unsafe { core::slice::from_raw_parts(memory, needed) };
         // SAFETY: `Form` is no larger and no more aligned than `hab_prepared`, which can be written.
         unsafe { out.pointer().cast::<Form>().write(Form { tag: TAG, form, numbers, end_tag: !TAG }) };
         Ok(())
@@ -119,7 +120,7 @@ pub(crate) unsafe fn formed<'a>(
     arguments: &mut Arguments,
     argument: u32,
     prepared: *const hab_prepared,
-) -> Result<&'a Prepared<'static>, Refusal> {
+) -> Result<&'a AnyPrepared<'static, 'static>, Refusal> {
     let pointer = arguments.object(argument, prepared).pointer().cast::<Form>();
     arguments.compared()?;
     // SAFETY: not null, aligned; both tags are plain numbers and lie within the struct.
@@ -135,7 +136,7 @@ pub(crate) unsafe fn formed<'a>(
 }
 
 /// The free weights of a form as weights of a generator.
-pub(crate) fn free_weights<'a>(form: &Prepared<'_>, weights: &'a [f32]) -> Weights<'a> {
+pub(crate) fn free_weights<'a>(form: &AnyPrepared<'_, '_>, weights: &'a [f32]) -> Weights<'a> {
     match form.free() {
         Mode::Identity => Weights { identity: weights, pose: &[] },
         Mode::Pose => Weights { identity: &[], pose: weights },

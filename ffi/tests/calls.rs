@@ -21,7 +21,7 @@ const POSE: [f32; 4] = [0.35, -0.30, 0.20, 0.10];
 const NO_DETAIL: hab_error_detail = hab_error_detail { code: 0, first: 0, second: 0, argument: 0 };
 
 fn opened() -> hab_model {
-    let mut model = hab_model { opaque: [MaybeUninit::zeroed(); 32] };
+    let mut model = hab_model { opaque: [MaybeUninit::zeroed(); 80] };
     // SAFETY: every pointer is that of a Rust object of the length given.
     let code = unsafe { hab_model_open(FACE.as_ptr(), FACE.len(), &mut model, null_mut()) };
     assert_eq!(code, hab_code::HAB_OK);
@@ -124,7 +124,7 @@ fn landmarks_are_fitted_through_the_model_and_through_a_form() {
     assert!(whole.rms < 0.5 && whole.energy < whole.start_energy, "{whole:?}");
     assert!((placement.rotation[0] - 1.0).abs() < 0.05 && placement.scale == 1.0, "{placement:?}");
 
-    let (mut needed, mut form) = (0, hab_prepared { opaque: [MaybeUninit::zeroed(); 16] });
+    let (mut needed, mut form) = (0, hab_prepared { opaque: [MaybeUninit::zeroed(); 64] });
     let mode = hab_mode::HAB_MODE_IDENTITY as u32;
     // SAFETY: as above.
     unsafe { hab_prepared_workspace_bytes(&model, mode, 0, 102, &mut needed, null_mut()) };
@@ -159,7 +159,7 @@ fn refusals_say_why_and_leave_outputs_alone() {
     let code =
         unsafe { hab_model_evaluate_range(&model, IDENTITY.as_ptr(), 6, aliased, 3, 5, 1, aliased, 3, &mut detail) };
     assert_eq!((code, detail.first, detail.second), (hab_code::HAB_OVERLAP, 4, 8));
-    let closed = hab_model { opaque: [MaybeUninit::zeroed(); 32] };
+    let closed = hab_model { opaque: [MaybeUninit::zeroed(); 80] };
     // SAFETY: as above.
     let code = unsafe { hab_model_evaluate(&closed, null(), 0, null(), 0, aliased, 3, &mut detail) };
     assert_eq!((code, detail.first, out), (hab_code::HAB_NOT_OPENED, 1, [7.0; 3]));

@@ -6,6 +6,7 @@ use super::header::{Header, Kind, field, u32_at};
 use super::section::{ElementType, Section, SectionId, Sections};
 use super::view::{Faces, Floats, Indices, Lines};
 use crate::Error;
+use crate::generator::any::AnyGenerator;
 use crate::generator::bilinear::Bilinear;
 use crate::generator::linear::Linear;
 use crate::generator::skinned::{Blend, CORRECTIONS, Skinned};
@@ -154,6 +155,25 @@ impl<'a> Model<'a> {
         let weights = self.known(SectionId::SkinWeights).map_or(&[][..], |section| section.bytes);
         let blend = if self.header.dual_quaternion { Blend::DualQuaternion } else { Blend::Linear };
         Ok(Skinned::new(rest, skeleton, Influences::new(starts, joints, weights), blend))
+    }
+
+    /// The generator of a model of any kind and storage.
+    ///
+    /// Errors: none for a model that was opened.
+    pub fn generator(&self) -> Result<AnyGenerator<'a>, Error> {
+        use ElementType as Stored;
+        Ok(match (self.header.kind, self.element()) {
+            (Kind::Bilinear, Stored::F16) => AnyGenerator::BilinearF16(self.bilinear_in()?),
+            (Kind::Bilinear, Stored::I8) => AnyGenerator::BilinearI8(self.bilinear_in()?),
+            (Kind::Bilinear, _) => AnyGenerator::BilinearF32(self.bilinear_in()?),
+            (Kind::Linear, Stored::F16) => AnyGenerator::LinearF16(self.linear()?),
+            (Kind::Linear, Stored::I8) => AnyGenerator::LinearI8(self.linear()?),
+            (Kind::Linear, _) => AnyGenerator::LinearF32(self.linear()?),
+            (Kind::Skinned, Stored::F16) => AnyGenerator::SkinnedF16(self.skinned()?),
+            (Kind::Skinned, Stored::I8) => AnyGenerator::SkinnedI8(self.skinned()?),
+            (Kind::Skinned, _) => AnyGenerator::SkinnedF32(self.skinned()?),
+            (Kind::Wavelet, _) => return Err(Error::Unsupported { section: SectionId::Grid as u32 }),
+        })
     }
 
     /// The skeleton of a skinned model.

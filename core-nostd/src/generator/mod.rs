@@ -6,6 +6,8 @@
 //!
 //! [`linear`] is eq. 9.1, [`bilinear`] eq. 8.2 and 12.1, [`skinned`] eq. 9.1 to 9.3; [`prepared`] are forms with one of the two groups of weights fixed.
 
+pub mod any;
+pub mod any_prepared;
 pub mod bilinear;
 pub mod block;
 pub(crate) mod lanes;

@@ -1,0 +1,107 @@
+//! A generator of whatever kind and storage a model file has: for hosts that open files they have not made.
+//!
+//! It links the kernels of every kind and storage. A program that knows its model takes [`Model::bilinear`](crate::format::Model::bilinear) and the like,
+//! and links no more than that.
+
+use core::ops::Range;
+
+use super::bilinear::Bilinear;
+use super::linear::Linear;
+use super::skinned::Skinned;
+use super::{At, Block, Generator, NUMBERS, Weights};
+use crate::Error;
+use crate::quantise::{F16, F32, I8};
+use crate::workspace::Requirement;
+
+/// The generator of an opened model, see [`Model::generator`](crate::format::Model::generator). The bits are those of the kind's own type.
+#[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
+#[non_exhaustive]
+pub enum AnyGenerator<'a> {
+    BilinearF32(Bilinear<'a, F32<'a>>),
+    BilinearF16(Bilinear<'a, F16<'a>>),
+    BilinearI8(Bilinear<'a, I8<'a>>),
+    LinearF32(Linear<'a, F32<'a>>),
+    LinearF16(Linear<'a, F16<'a>>),
+    LinearI8(Linear<'a, I8<'a>>),
+    SkinnedF32(Skinned<'a, Linear<'a, F32<'a>>>),
+    SkinnedF16(Skinned<'a, Linear<'a, F16<'a>>>),
+    SkinnedI8(Skinned<'a, Linear<'a, I8<'a>>>),
+}
+
+/// Calls a method of the generator that it is.
+macro_rules! each {
+    ($self:expr, $generator:ident => $call:expr) => {
+        match $self {
+            AnyGenerator::BilinearF32($generator) => $call,
+            AnyGenerator::BilinearF16($generator) => $call,
+            AnyGenerator::BilinearI8($generator) => $call,
+            AnyGenerator::LinearF32($generator) => $call,
+            AnyGenerator::LinearF16($generator) => $call,
+            AnyGenerator::LinearI8($generator) => $call,
+            AnyGenerator::SkinnedF32($generator) => $call,
+            AnyGenerator::SkinnedF16($generator) => $call,
+            AnyGenerator::SkinnedI8($generator) => $call,
+        }
+    };
+}
+
+impl Generator for AnyGenerator<'_> {
+    fn vertex_count(&self) -> usize {
+        each!(self, generator => generator.vertex_count())
+    }
+
+    fn identity_dim(&self) -> usize {
+        each!(self, generator => Generator::identity_dim(generator))
+    }
+
+    fn pose_dim(&self) -> usize {
+        each!(self, generator => generator.pose_dim())
+    }
+
+    fn state_req(&self, derivatives: bool) -> Requirement {
+        each!(self, generator => generator.state_req(derivatives))
+    }
+
+    fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        each!(self, generator => generator.write_state(weights, derivatives, state));
+    }
+
+    #[inline(always)]
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
+        each!(self, generator => generator.block_unchecked(at, block))
+    }
+
+    #[inline(always)]
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
+        each!(self, generator => generator.linearised_block_unchecked(at, block, jacobian))
+    }
+
+    #[inline(always)]
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
+        each!(self, generator => generator.vertex_unchecked(at, vertex))
+    }
+
+    #[inline(always)]
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
+        each!(self, generator => generator.linearised_vertex_unchecked(at, vertex, jacobian))
+    }
+
+    /// One choice for the whole range.
+    #[inline(always)]
+    fn evaluate_at(&self, at: At<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
+        each!(self, generator => generator.evaluate_at(at, vertices, out))
+    }
+
+    /// One choice for the whole range.
+    #[inline(always)]
+    fn linearise_at(
+        &self,
+        at: At<'_>,
+        blocks: Range<usize>,
+        values: &mut [f32],
+        jacobian: &mut [f32],
+    ) -> Result<(), Error> {
+        each!(self, generator => generator.linearise_at(at, blocks, values, jacobian))
+    }
+}

@@ -1,0 +1,173 @@
+//! A prepared form of whatever generator a model file has.
+
+use core::ops::Range;
+
+use super::any::AnyGenerator;
+use super::prepared::{Prepared, prepared_req};
+use super::skinned_prepared::FixedIdentity;
+use super::{At, Block, Generator, NUMBERS, Weights};
+use crate::Error;
+use crate::format::{Kind, Mode};
+use crate::quantise::{F16, F32, I8};
+use crate::workspace::Requirement;
+
+/// The form of an opened model with the weights of one mode fixed, see [`AnyGenerator::prepared`]. The bits are those of the kind's own type.
+#[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
+#[non_exhaustive]
+pub enum AnyPrepared<'w, 'a> {
+    /// Linear in the free weights.
+    Columns(Prepared<'w>),
+    SkinnedF32(FixedIdentity<'w, 'a, F32<'a>>),
+    SkinnedF16(FixedIdentity<'w, 'a, F16<'a>>),
+    SkinnedI8(FixedIdentity<'w, 'a, I8<'a>>),
+}
+
+impl<'a> AnyGenerator<'a> {
+    /// Memory of [`AnyGenerator::prepared`].
+    ///
+    /// Errors: `WrongKind` for a linear model, which has but one mode.
+    pub fn prepared_req(&self, fixed: Mode, blocks: &Range<usize>) -> Result<Requirement, Error> {
+        Ok(match (self, fixed) {
+            (AnyGenerator::BilinearF32(generator), _) => prepared_req(generator, fixed, blocks),
+            (AnyGenerator::BilinearF16(generator), _) => prepared_req(generator, fixed, blocks),
+            (AnyGenerator::BilinearI8(generator), _) => prepared_req(generator, fixed, blocks),
+            (AnyGenerator::SkinnedF32(body), Mode::Identity) => body.with_identity_req(blocks),
+            (AnyGenerator::SkinnedF16(body), Mode::Identity) => body.with_identity_req(blocks),
+            (AnyGenerator::SkinnedI8(body), Mode::Identity) => body.with_identity_req(blocks),
+            (AnyGenerator::SkinnedF32(body), Mode::Pose) => body.with_pose_req(blocks),
+            (AnyGenerator::SkinnedF16(body), Mode::Pose) => body.with_pose_req(blocks),
+            (AnyGenerator::SkinnedI8(body), Mode::Pose) => body.with_pose_req(blocks),
+            _ => return Err(Error::WrongKind { expected: Kind::Bilinear as u32, found: Kind::Linear as u32 }),
+        })
+    }
+
+    /// Fixes the weights of one mode for the vertices of `blocks`; see [`Prepared::new`] and [`Skinned::with_identity`](super::skinned::Skinned::with_identity).
+    ///
+    /// Errors: `WrongKind` for a linear model, `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
+    #[inline(always)]
+    pub fn prepared<'w>(
+        &self,
+        fixed: Mode,
+        weights: &[f32],
+        blocks: Range<usize>,
+        workspace: &'w mut [f32],
+    ) -> Result<AnyPrepared<'w, 'a>, Error>
+    where
+        'a: 'w,
+    {
+        use AnyPrepared as Form;
+        match (self, fixed) {
+            (AnyGenerator::BilinearF32(of), _) => {
+                Prepared::new(of, fixed, weights, blocks, workspace).map(Form::Columns)
+            }
+            (AnyGenerator::BilinearF16(of), _) => {
+                Prepared::new(of, fixed, weights, blocks, workspace).map(Form::Columns)
+            }
+            (AnyGenerator::BilinearI8(of), _) => {
+                Prepared::new(of, fixed, weights, blocks, workspace).map(Form::Columns)
+            }
+            (AnyGenerator::SkinnedF32(body), Mode::Identity) => {
+                body.with_identity(weights, blocks, workspace).map(Form::SkinnedF32)
+            }
+            (AnyGenerator::SkinnedF16(body), Mode::Identity) => {
+                body.with_identity(weights, blocks, workspace).map(Form::SkinnedF16)
+            }
+            (AnyGenerator::SkinnedI8(body), Mode::Identity) => {
+                body.with_identity(weights, blocks, workspace).map(Form::SkinnedI8)
+            }
+            (AnyGenerator::SkinnedF32(body), Mode::Pose) => {
+                body.with_pose(weights, blocks, workspace).map(Form::Columns)
+            }
+            (AnyGenerator::SkinnedF16(body), Mode::Pose) => {
+                body.with_pose(weights, blocks, workspace).map(Form::Columns)
+            }
+            (AnyGenerator::SkinnedI8(body), Mode::Pose) => {
+                body.with_pose(weights, blocks, workspace).map(Form::Columns)
+            }
+            _ => Err(Error::WrongKind { expected: Kind::Bilinear as u32, found: Kind::Linear as u32 }),
+        }
+    }
+}
+
+impl AnyPrepared<'_, '_> {
+    /// The group of weights that is still free.
+    pub fn free(&self) -> Mode {
+        match self {
+            AnyPrepared::Columns(form) => form.free(),
+            _ => Mode::Pose,
+        }
+    }
+}
+
+/// Calls a method of the form that it is.
+macro_rules! each {
+    ($self:expr, $form:ident => $call:expr) => {
+        match $self {
+            AnyPrepared::Columns($form) => $call,
+            AnyPrepared::SkinnedF32($form) => $call,
+            AnyPrepared::SkinnedF16($form) => $call,
+            AnyPrepared::SkinnedI8($form) => $call,
+        }
+    };
+}
+
+impl Generator for AnyPrepared<'_, '_> {
+    fn vertex_count(&self) -> usize {
+        each!(self, form => form.vertex_count())
+    }
+
+    fn identity_dim(&self) -> usize {
+        each!(self, form => form.identity_dim())
+    }
+
+    fn pose_dim(&self) -> usize {
+        each!(self, form => form.pose_dim())
+    }
+
+    fn state_req(&self, derivatives: bool) -> Requirement {
+        each!(self, form => form.state_req(derivatives))
+    }
+
+    fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        each!(self, form => form.write_state(weights, derivatives, state));
+    }
+
+    #[inline(always)]
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
+        each!(self, form => form.block_unchecked(at, block))
+    }
+
+    #[inline(always)]
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
+        each!(self, form => form.linearised_block_unchecked(at, block, jacobian))
+    }
+
+    #[inline(always)]
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
+        each!(self, form => form.vertex_unchecked(at, vertex))
+    }
+
+    #[inline(always)]
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
+        each!(self, form => form.linearised_vertex_unchecked(at, vertex, jacobian))
+    }
+
+    /// One choice for the whole range.
+    #[inline(always)]
+    fn evaluate_at(&self, at: At<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
+        each!(self, form => form.evaluate_at(at, vertices, out))
+    }
+
+    /// One choice for the whole range.
+    #[inline(always)]
+    fn linearise_at(
+        &self,
+        at: At<'_>,
+        blocks: Range<usize>,
+        values: &mut [f32],
+        jacobian: &mut [f32],
+    ) -> Result<(), Error> {
+        each!(self, form => form.linearise_at(at, blocks, values, jacobian))
+    }
+}
