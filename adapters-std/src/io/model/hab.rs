@@ -6,7 +6,7 @@ use habitus_core::format::{self, ElementType, Header, Model, SectionId, SectionS
 use habitus_core::generator::LANES;
 use rayon::prelude::*;
 
-use super::source::ModelSource;
+use super::source::{Coefficients, ModelSource};
 use crate::Error;
 use crate::io::atomic;
 
@@ -116,6 +116,11 @@ fn sections(source: &ModelSource<'_>, header: &Header) -> Result<Vec<Section>, E
     add(SectionId::PoseSpectrum, &[source.pose_spectrum.len()], spectrum(&source.pose_spectrum)?)?;
     let provenance = source.provenance.clone().into_bytes();
     add(SectionId::Provenance, &[provenance.len()], provenance)?;
+    if let Coefficients::Skinned(_, _, skin) = source.coefficients {
+        for (id, axes, bytes) in skin.sections()? {
+            add(id, &axes, bytes)?;
+        }
+    }
     let n = header.n_vertices as usize;
     add(SectionId::Remainder, &[source.remainder.len() / (3 * n).max(1), n, 3], floats(&source.remainder)?)?;
     Ok(sections)
@@ -165,7 +170,6 @@ mod tests {
     use crate::face::bilinear_form::BilinearForm;
     use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
     use crate::face::tensor::ShapeTensor;
-    use crate::io::model::Coefficients;
     use habitus_core::generator::{Generator, Weights};
 
     fn tensor() -> ShapeTensor {
