@@ -24,6 +24,8 @@ pub mod io;
 pub mod measure;
 pub mod mesh;
 #[cfg(feature = "models")]
+pub mod parameters;
+#[cfg(feature = "models")]
 pub mod register;
 #[cfg(feature = "models")]
 pub mod report;

@@ -464,6 +464,16 @@ fn clean_writes_a_sound_mesh_and_tells_what_it_did() {
     let whole: Value = serde_json::from_slice(&std::fs::read(&report).unwrap()).unwrap();
     assert_eq!(whole["old_of_vertex"], serde_json::json!([0, 1, 2, 3]));
     assert_eq!(json(&["clean", &output])["unchanged"], true);
+    // What is read stays.
+    for arguments in [
+        &["clean", &input, "-o", &input][..],
+        &["clean", &input, "-o", &output, "--template", &output],
+        &["convert", &input, "-o", &work.path("faces/../broken.obj")],
+        &["measure", "distance", &output, &input, "--ply", &output],
+    ] {
+        assert!(refused(arguments).contains("would overwrite an input"), "{arguments:?}");
+    }
+    assert_eq!(std::fs::read_to_string(&input).unwrap(), square);
     let text = String::from_utf8(habitus(&["clean", &input]).stdout).unwrap();
     assert!(text.contains("changed: 1 vertices welded to an earlier one at their place (4)"), "{text}");
 }

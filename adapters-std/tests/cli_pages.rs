@@ -66,6 +66,11 @@ fn demo_and_reports_are_pages() {
     let small = ["demo", "--identities", "20", "--unseen", "2", "-o"];
     let mut said = json(&[&small[..], &[&path("demo")]].concat());
     let (html, told) = checked(&folder.join("demo"), 40, 30);
+    // What is in other folders stays.
+    std::fs::create_dir(folder.join("mine")).unwrap();
+    std::fs::write(folder.join("mine/index.html"), "mine").unwrap();
+    let refused = program::refused(&["demo", "-o", &path("mine")], 1);
+    assert!(refused.contains("the folder is not empty, and no earlier demo was left in it"), "{refused}");
     assert!(html.contains("The population is procedural: no person was scanned."));
     let seconds = said.as_object_mut().unwrap().remove("seconds").unwrap();
     assert_eq!(seconds.as_array().unwrap().len(), 6, "{seconds}");
@@ -103,7 +108,7 @@ fn demo_and_reports_are_pages() {
     assert_eq!(said["report"], path("fit"));
     let own = ["rounds", "vertices", "vertices_on_scan", "distance_mean_mm", "distance_median_mm", "distance_95_mm"];
     own.iter().for_each(|name| assert!(told.as_object_mut().unwrap().remove(*name).is_some(), "{name}"));
-    for name in ["seconds", "output", "png", "report", "warnings"] {
+    for name in ["seconds", "output", "parameters", "png", "report", "warnings"] {
         assert!(said.as_object_mut().unwrap().remove(name).is_some(), "{name}");
     }
     assert_eq!(said, told);

@@ -72,7 +72,7 @@ fn real_arrays_have_the_documented_shapes() {
 fn real_landmarks_snap_back_to_their_vertices() {
     let Some(data) = dir_or_skip("real_landmarks_snap_back_to_their_vertices") else { return };
     let file = landmarks::read(data.join("faces/model.json")).expect("the landmarks");
-    let LandmarkFile::Vertices { names, vertices } = &file else { panic!("vertices of the model") };
+    let LandmarkFile::Vertices { names: Some(names), vertices } = &file else { panic!("vertices of the model") };
     assert_eq!(names[..], FACE_LANDMARKS);
     let face = mesh::read(data.join("faces/model_neutral.ply")).expect("the mean face");
     let mut text = "13\n".to_owned();

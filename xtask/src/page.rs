@@ -14,6 +14,7 @@ pub fn run() -> Result<()> {
     if folder.exists() {
         std::fs::remove_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let [demo, fit, model, shots] = ["demo", "fit", "model", "shots"].map(|name| folder.join(name));
     let habitus = || cargo(&["run", "--quiet", "-p", "habitus", "--bin", "habitus", "--"]);
     succeed(habitus().args(["demo", "--identities", "20", "--unseen", "2", "-o"]).arg(&demo))?;

@@ -8,10 +8,12 @@ use serde_json::{Value, json};
 
 use super::clean_frame::{FrameArgs, restored};
 use super::clean_normals::NormalsArgs;
-use super::{Console, expect_extension, shown};
+use super::{Console, Outputs, expect_extension, shown};
 use crate::Error;
 use crate::io::atomic;
-use crate::io::mesh::{MeshFile, MorphTarget, NonFinite, ReadOptions, Skin, WriteOptions, read_file, write_file};
+use crate::io::mesh::{
+    MeshFile, MorphTarget, NonFinite, ReadOptions, Skin, WriteOptions, expect_written, read_file, write_file,
+};
 use crate::mesh::{CleanOptions, CleanReport, Cleaned, Keep, clean};
 
 /// Arguments of `clean`.
@@ -78,6 +80,9 @@ pub(super) fn run(args: &CleanArgs, console: &Console) -> Result<(), Error> {
     if let Some(report) = &args.report {
         expect_extension(report, "json")?;
     }
+    args.output.as_deref().map(expect_written).transpose()?;
+    let inputs = args.inputs.iter().map(PathBuf::as_path).chain(args.frame.template());
+    Outputs::beside(inputs).file("-o", args.output.as_deref()).file("--report", args.report.as_deref()).check()?;
     if let [input] = &args.inputs[..] {
         return one(input, args, &options, console);
     }

@@ -1,6 +1,6 @@
 //! `habitus clean --template`: what was cleaned, in millimetres and with the axes of a template.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::{Value, json};
@@ -31,6 +31,11 @@ impl FrameArgs {
     /// Whether a template is given.
     pub(super) fn is_given(&self) -> bool {
         self.template.is_some()
+    }
+
+    /// The template, if one is given.
+    pub(super) fn template(&self) -> Option<&Path> {
+        self.template.as_deref()
     }
 
     /// The frame of the scan, with a line for people and an object for programs; warns where the scan may be mirrored.

@@ -2,11 +2,12 @@
 
 use std::cell::RefCell;
 use std::io::Write;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use serde_json::Value;
 
+use super::pace::Pace;
 use crate::Error;
 
 /// The two streams of the command line.
@@ -63,33 +64,36 @@ impl Console {
         let _ = writeln!(std::io::stderr(), "{}", line.replace(|c: char| c.is_control() && c != '\n', "\u{fffd}"));
     }
 
-    /// A progress bar with ETA on stderr for `what`, which a stage drives by telling how many of how many steps are done. It appears after a
-    /// second; where stderr is no terminal, a line is printed every few seconds.
+    /// A progress bar on stderr for `what`, which a stage drives by telling how many of how many steps are done, with the time that is left as soon
+    /// as it is known. The stage begins when it first tells. The bar appears after a second; where stderr is no terminal, a line is printed every
+    /// few seconds.
     pub(super) fn progress<'a>(&self, what: &'a str) -> impl FnMut(usize, usize) + 'a {
-        let started = std::time::Instant::now();
-        let mut spoken = started;
+        let mut clock: Option<[Instant; 2]> = None;
+        let mut pace = Pace::default();
         let mut bar: Option<ProgressBar> = None;
         let terminal = console_is_terminal();
         move |done, total| {
+            let [started, spoken] = clock.get_or_insert_with(|| [Instant::now(); 2]);
+            let left = pace.seconds_left(started.elapsed(), done, total);
+            let left = left.map_or(String::new(), |left| format!(", about {left:.0} s left"));
             if started.elapsed() < PATIENCE {
                 return;
             }
             if !terminal {
                 if spoken.elapsed() > 5 * PATIENCE && done > 0 && done < total {
-                    let left = started.elapsed().as_secs_f64() / done as f64 * (total - done) as f64;
-                    let _ = writeln!(std::io::stderr(), "{what}: {done}/{total}, about {left:.0} s left");
-                    spoken = std::time::Instant::now();
+                    let _ = writeln!(std::io::stderr(), "{what}: {done}/{total}{left}");
+                    *spoken = Instant::now();
                 }
                 return;
             }
             let bar = bar.get_or_insert_with(|| {
-                let style = ProgressStyle::with_template("{msg} {wide_bar} {pos}/{len}, {eta} left")
+                let style = ProgressStyle::with_template("{prefix} {wide_bar} {pos}/{len}{msg}")
                     .unwrap_or_else(|_| ProgressStyle::default_bar());
                 ProgressBar::with_draw_target(Some(total as u64), ProgressDrawTarget::stderr())
                     .with_style(style)
-                    .with_message(what.to_owned())
-                    .with_elapsed(started.elapsed())
+                    .with_prefix(what.to_owned())
             });
+            bar.set_message(left);
             bar.set_position(done as u64);
             if done >= total {
                 bar.finish_and_clear();

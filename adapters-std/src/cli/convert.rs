@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use serde_json::json;
 
 use super::convert_shape::ShapeArgs;
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::io::mesh::{self, ReadOptions, WriteOptions};
 
@@ -53,6 +53,8 @@ pub(super) fn run(args: &ConvertArgs, console: &Console) -> Result<(), Error> {
         let output = args.output.display();
         return Err(Error::input(format!("{output}: only .ply and .stl have several encodings; leave out --encoding")));
     }
+    mesh::expect_written(&args.output)?;
+    Outputs::beside([&*args.input]).file("-o", Some(&args.output)).check()?;
     let mut file = mesh::read_file(&args.input, &ReadOptions::default())?;
     for clause in &file.left_out {
         console.warn(&format!("{}: not kept: {clause}", args.input.display()));

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::Console;
+use super::{Console, Outputs};
 use crate::Error;
 use crate::demo::{self, DemoOptions};
 
@@ -27,6 +27,8 @@ pub(super) struct DemoArgs {
 }
 
 pub(super) fn run(args: &DemoArgs, console: &Console) -> Result<(), Error> {
+    Outputs::beside([]).folder("-o", Some(&args.output), [""; 0]).check()?;
+    demo::check_folder(&args.output)?;
     let options = DemoOptions { identities: args.identities as usize, unseen: args.unseen as usize, seed: args.seed };
     let mut current = "";
     let mut bar: Option<Box<dyn FnMut(usize, usize)>> = None;

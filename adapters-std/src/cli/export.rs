@@ -6,7 +6,7 @@ use clap::Args;
 use habitus_core::format::Mode;
 use serde_json::json;
 
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::generate::{mesh, positions, weights_from_deviations};
 use crate::io;
@@ -28,6 +28,7 @@ pub(super) struct ExportArgs {
 }
 
 pub(super) fn run(args: &ExportArgs, console: &Console) -> Result<(), Error> {
+    Outputs::beside([&*args.model]).file("-o", Some(&args.output)).check()?;
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let extension = args.output.extension().map(|extension| extension.to_ascii_lowercase());

@@ -8,15 +8,16 @@ use clap::{Args, ValueEnum};
 use habitus_core::format::{Mode, Model};
 use serde_json::{Value, json};
 
-use super::{Console, expect_extension, shown};
+use super::{Console, Outputs, expect_extension, shown};
 use crate::Error;
 use crate::generate::deviations_of_weights;
 use crate::io::landmarks::LandmarkFile;
 use crate::io::model::opened;
 use crate::io::{self, landmarks_npy};
 use crate::mesh::Mesh;
+use crate::parameters::{self, Parameters};
 use crate::register::scan_fit::{ScanFit, ScanFitOptions, fit_scan, in_model_order};
-use crate::report::fit_page::{FitReport, marked_names};
+use crate::report::fit_page::{FitReport, PAGE_FILES, marked_names};
 use crate::report::fit_shown::FitShown;
 use crate::report::{Figure, Finish, Image, Scene};
 use crate::spatial::frame_recovery::Unit;
@@ -28,7 +29,8 @@ pub(super) struct FitArgs {
     model: PathBuf,
     /// Raw scan: a mesh or a point cloud
     scan: PathBuf,
-    /// Landmarks on the scan: labelled list, xyz triples, JSON with vertices of the scan, or row K of an array, FILE.npy:K
+    /// Landmarks on the scan: lines "name x y z", labelled list, CSV, xyz triples, JSON with positions or vertices of the scan, or row K of an
+    /// array, FILE.npy:K (docs/fit.md)
     #[arg(long, value_name = "FILE")]
     landmarks: PathBuf,
     /// Unit of the scan [default: the one in which its landmarks are as large as the model's]
@@ -37,6 +39,9 @@ pub(super) struct FitArgs {
     /// Write the fitted model, in the unit and frame of the scan
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write weights and placement alone, of which `habitus generate --parameters` makes the fitted model again
+    #[arg(long, value_name = "FILE.json")]
+    parameters: Option<PathBuf>,
     /// Draw scan, fit, and their distance
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
@@ -70,7 +75,14 @@ impl UnitName {
 
 pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     args.png.as_deref().map(|path| expect_extension(path, "png")).transpose()?;
+    args.parameters.as_deref().map(|path| expect_extension(path, "json")).transpose()?;
     args.output.as_deref().map(io::mesh::expect_written).transpose()?;
+    Outputs::beside([&*args.model, &*args.scan, &*landmarks_npy::file(&args.landmarks)])
+        .file("-o", args.output.as_deref())
+        .file("--png", args.png.as_deref())
+        .file("--parameters", args.parameters.as_deref())
+        .folder("--report", args.report.as_deref(), PAGE_FILES)
+        .check()?;
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let scan = io::mesh::read(&args.scan)?;
@@ -90,6 +102,9 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     fitted.normals = fitted.vertex_normals();
     if let Some(path) = &args.output {
         io::mesh::write(path, &fitted)?;
+    }
+    if let Some(path) = &args.parameters {
+        parameters(&model, &fit)?.write(path)?;
     }
     if let Some(path) = &args.png {
         picture(args, &FitShown::new(&fit, &scan, &fitted)?).write_png(path)?;
@@ -111,10 +126,25 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
         report.page()?.write(folder)?;
     }
     object["seconds"] = seconds.into();
-    for (name, path) in [("output", &args.output), ("png", &args.png), ("report", &args.report)] {
+    for (name, path) in
+        [("output", &args.output), ("parameters", &args.parameters), ("png", &args.png), ("report", &args.report)]
+    {
         object[name] = path.as_deref().map(shown).into();
     }
     console.result(&text(args, &fit, seconds), object)
+}
+
+/// What makes the fitted model again.
+fn parameters(model: &Model<'_>, fit: &ScanFit) -> Result<Parameters, Error> {
+    let deviations = |mode, weights: &[f32]| {
+        let none = || Error::Internal("a model without statistics was fitted".into());
+        deviations_of_weights(model, mode, weights).ok_or_else(none)
+    };
+    Ok(Parameters {
+        identity: deviations(Mode::Identity, &fit.identity)?,
+        expression: deviations(Mode::Pose, &fit.pose)?,
+        placement: Some(fit.placement),
+    })
 }
 
 /// The landmarks in the order of the model.
@@ -175,7 +205,7 @@ fn text(args: &FitArgs, fit: &ScanFit, seconds: f64) -> String {
     );
     let mean = fit.landmark_residuals.iter().sum::<f64>() / n_landmarks.max(1) as f64;
     let _ = writeln!(text, "landmarks: {n_landmarks}, mean distance {mean:.2} mm");
-    for path in [&args.output, &args.png].into_iter().flatten() {
+    for path in [&args.output, &args.parameters, &args.png].into_iter().flatten() {
         let _ = writeln!(text, "{}: written", path.display());
     }
     if let Some(folder) = &args.report {
@@ -192,11 +222,7 @@ fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, marked: &[bool]) -> 
         "expression": fit.pose,
         "identity_deviations": deviations_of_weights(model, Mode::Identity, &fit.identity),
         "expression_deviations": deviations_of_weights(model, Mode::Pose, &fit.pose),
-        "placement": {
-            "scale": fit.placement.scale,
-            "rotation": fit.placement.rotation,
-            "translation": fit.placement.translation,
-        },
+        "placement": parameters::described(&fit.placement),
         "landmarks": marked_names(model, marked),
         "landmark_residuals_mm": fit.landmark_residuals,
         "median_mm": fit.median,

@@ -9,11 +9,12 @@ use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
 use serde_json::json;
 
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::generate::{deviations_of_weights, mesh, positions, weights_from_deviations, weights_of_expression};
 use crate::io::model::opened;
 use crate::io::{self, npy};
+use crate::parameters::Parameters;
 
 /// Arguments of `generate`.
 #[derive(Debug, Args)]
@@ -35,18 +36,28 @@ pub(super) struct GenerateArgs {
     /// A training expression by its name (see `habitus info`)
     #[arg(long, value_name = "NAME")]
     expression_name: Option<String>,
+    /// Weights and placement from a file: what `habitus fit --parameters` or `--json` wrote. The output lies where the fit did, in its unit
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["identity", "expression", "expression_name", "random"])]
+    parameters: Option<PathBuf>,
+    /// Leave the placement of --parameters out: the shape in the frame of the model, in mm
+    #[arg(long, requires = "parameters")]
+    unplaced: bool,
     /// Draw the weights that are not given at random: independent normal deviates
     #[arg(long)]
     random: bool,
     /// Seed of --random
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Output; the extension chooses the format: ply, obj, off, glb, or npy [n, 3] f32 in mm
+    /// Output; the extension chooses the format: ply, obj, off, glb, or npy [n, 3] f32; in mm unless --parameters say where it lies
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 }
 
 pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
+    io::mesh::expect_written(&args.output)?;
+    Outputs::beside([Some(&args.model), args.parameters.as_ref()].into_iter().flatten().map(PathBuf::as_path))
+        .file("-o", Some(&args.output))
+        .check()?;
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let mut stream = ChaCha12Rng::seed_from_u64(args.seed);
@@ -55,14 +66,27 @@ pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
         let rest = drawn.into_iter().skip(given.len()).map(|t| if args.random { t } else { 0.0 });
         given.iter().copied().chain(rest).collect()
     };
-    let identity_deviations = completed(&args.identity, model.header().identity_dim);
-    let pose_deviations = completed(&args.expression, model.header().pose_dim);
-    let identity = weights_from_deviations(&model, Mode::Identity, &identity_deviations)?;
+    let given = match &args.parameters {
+        Some(path) => Parameters::read(path)?,
+        None => Parameters { identity: args.identity.clone(), expression: args.expression.clone(), placement: None },
+    };
+    let of_file = |error: Error| match (&args.parameters, error) {
+        (Some(path), Error::Input(problem)) => Error::Input(format!("{}: {problem}", path.display())),
+        (_, error) => error,
+    };
+    let identity_deviations = completed(&given.identity, model.header().identity_dim);
+    let pose_deviations = completed(&given.expression, model.header().pose_dim);
+    let identity = weights_from_deviations(&model, Mode::Identity, &identity_deviations).map_err(of_file)?;
     let pose = match &args.expression_name {
         Some(name) => weights_of_expression(&model, name)?,
-        None => weights_from_deviations(&model, Mode::Pose, &pose_deviations)?,
+        None => weights_from_deviations(&model, Mode::Pose, &pose_deviations).map_err(of_file)?,
     };
-    let vertices = positions(&model, &identity, &pose)?;
+    let mut vertices = positions(&model, &identity, &pose)?;
+    if let Some(placement) = given.placement.filter(|_| !args.unplaced) {
+        for vertex in vertices.as_chunks_mut::<3>().0 {
+            *vertex = placement.point(vertex.map(f64::from)).map(|x| x as f32);
+        }
+    }
     write_vertices(&model, &vertices, &args.output)?;
     console.result(
         &format!("{}: {} vertices", args.output.display(), vertices.len() / 3),

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use serde_json::{Value, json};
 
-use super::{Console, expect_extension, shown};
+use super::{Console, Outputs, expect_extension, shown};
 use crate::Error;
 use crate::io::mesh as mesh_files;
 use crate::measure::distance::{
@@ -60,6 +60,8 @@ pub(super) fn run(args: &DistanceArgs, console: &Console) -> Result<(), Error> {
     for (path, extension) in [(&args.ply, "ply"), (&args.png, "png")] {
         path.as_deref().map(|path| expect_extension(path, extension)).transpose()?;
     }
+    let inputs = [&*args.a, &*args.b];
+    Outputs::beside(inputs).file("--ply", args.ply.as_deref()).file("--png", args.png.as_deref()).check()?;
     let (a, b) = (mesh_files::read(&args.a)?, mesh_files::read(&args.b)?);
     if args.signed && b.faces.is_empty() {
         return Err(Error::input(format!(

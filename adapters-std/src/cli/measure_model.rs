@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 
 use super::info::energy_percent;
 use super::train_face::{Align, Tucker};
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::face::hooi::HooiOptions;
 use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
@@ -68,6 +68,9 @@ fn size(text: &str) -> Result<(usize, usize), String> {
 }
 
 pub(super) fn run(args: &ModelArgs, console: &Console) -> Result<(), Error> {
+    let inputs = [Some(&args.data), args.test.as_ref(), args.template.as_ref()].into_iter().flatten();
+    let names = ["index.html", "figures.json"];
+    Outputs::beside(inputs.map(PathBuf::as_path)).folder("--report", args.report.as_deref(), names).check()?;
     if args.data.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("hab")) {
         return of_file(args, console);
     }

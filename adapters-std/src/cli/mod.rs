@@ -14,6 +14,8 @@ mod info;
 mod info_mesh;
 mod measure_distance;
 mod measure_model;
+mod outputs;
+mod pace;
 mod synth_faces;
 mod synth_scans;
 mod train_face;
@@ -24,6 +26,7 @@ use std::panic::AssertUnwindSafe;
 use std::process::ExitCode;
 
 use console::Console;
+use outputs::Outputs;
 
 /// Learns deformation models of human shape from 3D scans and works with them.
 #[derive(Debug, Parser)]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use serde_json::json;
 
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::synth::faces::{FaceOptions, FacePopulation};
 use crate::synth::population_files;
@@ -28,6 +28,7 @@ pub(super) struct FacesArgs {
 }
 
 pub(super) fn run(args: &FacesArgs, console: &Console) -> Result<(), Error> {
+    Outputs::beside([]).folder("-o", Some(&args.output), [""; 0]).check()?;
     let population =
         FacePopulation::of(&FaceOptions { identities: args.identities as usize, seed: args.seed, level: args.level })?;
     let files = population_files::write(&population, &args.output)?;

@@ -8,11 +8,11 @@ use serde_json::json;
 
 use super::clean_frame::unit;
 use super::measure_distance::positive;
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::io::mesh as mesh_files;
 use crate::spatial::frame_recovery::Unit;
-use crate::synth::scanner::files::ScanFolder;
+use crate::synth::scanner::files::{ScanFolder, scan_names};
 use crate::synth::scanner::{Projection, ScanOptions, Viewpoint, scanned};
 
 /// A scan of fewer points looks like one in another unit.
@@ -156,6 +156,8 @@ pub(super) fn run(args: &ScansArgs, console: &Console) -> Result<(), Error> {
     let mut options = args.options();
     options.check()?;
     let n = args.inputs.len();
+    let inputs = args.inputs.iter().map(PathBuf::as_path);
+    Outputs::beside(inputs).folder("-o", Some(&args.output), scan_names(n)).check()?;
     let mut folder = ScanFolder::new(&args.output, args.unit, n)?;
     let mut progress = console.progress("scanning");
     let mut text = String::new();

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde_json::json;
 
-use super::{Console, shown};
+use super::{Console, Outputs, shown};
 use crate::Error;
 use crate::face::hooi::HooiOptions;
 use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
@@ -83,6 +83,9 @@ const STAGES: usize = 6;
 
 pub(super) fn run(args: &FaceArgs, console: &Console) -> Result<(), Error> {
     super::expect_extension(&args.output, "hab")?;
+    let optional = [&args.template, &args.landmarks, &args.mirror, &args.expressions];
+    let inputs = optional.into_iter().flatten().chain([&args.data]).map(PathBuf::as_path);
+    Outputs::beside(inputs).file("-o", Some(&args.output)).check()?;
     let mut progress = console.progress("training");
     let mut shapes = tensor(&args.data)?;
     progress(1, STAGES);

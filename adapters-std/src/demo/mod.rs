@@ -36,6 +36,24 @@ impl Default for DemoOptions {
     }
 }
 
+/// Files of every demonstration, by which its folder is known.
+const MARKS: [&str; 4] = ["face.hab", "faces.png", "figures.json", "index.html"];
+
+/// Whether a demonstration may be left in `folder`: where there is none yet, or it is empty, or an earlier one was left there, which is replaced.
+///
+/// # Errors
+/// [`Error::Input`] for a folder with other content.
+pub fn check_folder(folder: &Path) -> Result<(), Error> {
+    let is_empty = std::fs::read_dir(folder).map_or(true, |mut entries| entries.next().is_none());
+    if is_empty || MARKS.iter().all(|name| folder.join(name).is_file()) {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "{}: the folder is not empty, and no earlier demo was left in it; name another, or empty it",
+        folder.display()
+    )))
+}
+
 /// Told the name of the stage that runs, and how many of how many of its steps are done.
 pub type Progress<'a> = &'a mut dyn FnMut(&'static str, usize, usize);
 
@@ -53,7 +71,6 @@ pub fn run(
     std::fs::create_dir_all(folder).map_err(|source| Error::Write { path: folder.to_owned(), source })?;
     let mut clock = Clock::new(progress);
     let learned = Learned::of(options, &mut clock)?;
-    atomic::write(folder.join("face.hab"), &learned.bytes)?;
     let model = opened(&learned.bytes, &folder.join("face.hab"))?;
     let scans = UnseenScan::all(options, &mut clock)?;
     let fits = FaceFit::all(&model, &scans, &mut clock)?;
@@ -63,6 +80,8 @@ pub fn run(
     clock.done(1);
     page.files = files::all(&model, &scans, &fits)?;
     clock.done(2);
+    // Late, so that a demonstration that was stopped leaves an empty folder.
+    atomic::write(folder.join("face.hab"), &learned.bytes)?;
     page.write(folder)?;
     clock.done(3);
     Ok((figures, clock.end()))

@@ -43,17 +43,7 @@ fn replaced(path: &Path, content: impl FnOnce(&mut BufWriter<&File>) -> io::Resu
         Some(folder) if !folder.as_os_str().is_empty() => folder.to_owned(),
         _ => PathBuf::from("."),
     };
-    if !folder.is_dir() {
-        let problem = format!("there is no folder {}: create it, or name another", folder.display());
-        return Err(io::Error::new(io::ErrorKind::NotFound, problem));
-    }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".habitus-");
-    if let Some(permissions) = new_file_permissions() {
-        builder.permissions(permissions);
-    }
-    // Its own message names the temporary file, which nobody asked for.
-    let temporary = builder.tempfile_in(&folder).map_err(|error| io::Error::from(error.kind()))?;
+    let temporary = temporary_in(&folder)?;
     flushed(temporary.as_file(), content)?;
     if let Some(old) = old {
         temporary.as_file().set_permissions(old.permissions())?;
@@ -65,6 +55,28 @@ fn replaced(path: &Path, content: impl FnOnce(&mut BufWriter<&File>) -> io::Resu
         let _ = folder.sync_all();
     }
     Ok(())
+}
+
+/// Whether `folder` exists and takes files, so that `path` can be written there; nothing stays behind.
+///
+/// # Errors
+/// [`Error::Write`] of `path`.
+pub fn check_folder(path: &Path, folder: &Path) -> Result<(), Error> {
+    temporary_in(folder).map(drop).map_err(|source| Error::Write { path: path.to_owned(), source })
+}
+
+fn temporary_in(folder: &Path) -> io::Result<tempfile::NamedTempFile> {
+    if !folder.is_dir() {
+        let problem = format!("there is no folder {}: create it, or name another", folder.display());
+        return Err(io::Error::new(io::ErrorKind::NotFound, problem));
+    }
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".habitus-");
+    if let Some(permissions) = new_file_permissions() {
+        builder.permissions(permissions);
+    }
+    // Its own message names the temporary file, which nobody asked for.
+    builder.tempfile_in(folder).map_err(|error| io::Error::from(error.kind()))
 }
 
 fn flushed(file: &File, content: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> io::Result<()> {

@@ -2,24 +2,35 @@
 
 use std::path::{Path, PathBuf};
 
-use super::landmarks::{FACE_LANDMARKS, LandmarkFile};
+use super::landmarks::{LandmarkFile, beyond_places, is_place, standard_names};
 use super::npy;
 use crate::Error;
 
 /// Reads landmarks for a scan: `FILE.npy:K` is row `K` (from 0) of an array, any other name is read as [`super::landmarks::read`] does.
 ///
 /// # Errors
-/// Those of the readers; [`Error::Input`] for an array of another shape, a row that does not exist or is missing.
+/// Those of the readers; [`Error::Input`] for an array of another shape, a row that does not exist or is missing, a coordinate that is none.
 pub fn read(name: &Path) -> Result<LandmarkFile, Error> {
     let (path, row) = split(name);
-    if path.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("npy")) {
+    if !is_npy(&path) {
         return super::landmarks::read(name);
     }
+    let problem = |text: String| Error::input(format!("{}: {text}", path.display()));
+    let row = match row {
+        Some(text) => Some(text.parse::<usize>().map_err(|_| {
+            problem(format!("{text:?} behind the colon is no row; count the rows from 0, such as {}:0", path.display()))
+        })?),
+        None => None,
+    };
     let bytes = super::file_bytes(&path)?;
     let (shape, values) = npy::parse_f64(&bytes, &path)?;
-    let problem = |text: String| Error::input(format!("{}: {text}", path.display()));
     let (n, from) = match (&shape[..], row) {
         (&[n, 3], None) => (n, 0),
+        (&[n, 3], Some(row)) => {
+            return Err(problem(format!(
+                "the array has shape [{n}, 3], the landmarks of one scan, so it has no row {row} to choose; leave out :{row}"
+            )));
+        }
         (&[rows, n, 3], Some(row)) if row < rows => (n, row * n),
         (&[rows, _, 3], Some(row)) => {
             return Err(problem(format!("there is no row {row}, the array has {rows} (counted from 0)")));
@@ -36,14 +47,34 @@ pub fn read(name: &Path) -> Result<LandmarkFile, Error> {
         }
     };
     let points = values.as_chunks::<3>().0.get(from..from + n).unwrap_or_default().to_vec();
-    let names = (n == FACE_LANDMARKS.len()).then(|| FACE_LANDMARKS.map(str::to_owned).to_vec());
+    let names = standard_names(n);
+    for (k, point) in points.iter().enumerate().filter(|(_, point)| !point.iter().all(|x| x.is_nan())) {
+        let called = names
+            .as_ref()
+            .map_or(format!("landmark {k} (counted from 0)"), |names| format!("the landmark {}", names[k]));
+        if !point.iter().all(|x| x.is_finite()) {
+            return Err(problem(format!("{called} is not finite: mark it anew, or leave it out with three NaN")));
+        }
+        if !is_place(point) {
+            return Err(problem(beyond_places(&called)));
+        }
+    }
     Ok(LandmarkFile::Points { names, points })
 }
 
-/// The path and the row of `FILE.npy:K`.
-fn split(name: &Path) -> (PathBuf, Option<usize>) {
+/// The file that [`read`] reads.
+pub fn file(name: &Path) -> PathBuf {
+    split(name).0
+}
+
+fn is_npy(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npy"))
+}
+
+/// The path and the row of `FILE.npy:K`, which may be none.
+fn split(name: &Path) -> (PathBuf, Option<&str>) {
     let parts = name.to_str().and_then(|text| text.rsplit_once(':'));
-    match parts.and_then(|(path, row)| Some((path, row.parse().ok()?))) {
+    match parts.filter(|(path, _)| is_npy(Path::new(path)) && !name.is_file()) {
         Some((path, row)) => (PathBuf::from(path), Some(row)),
         None => (name.to_owned(), None),
     }
@@ -70,6 +101,15 @@ mod tests {
         let said = |name: PathBuf| read(&name).expect_err("refused").to_string();
         assert!(said(named(&rows, ":2")).contains("there is no row 2, the array has 2"));
         assert!(said(rows.clone()).contains("landmarks of 2 scans; name one"));
-        assert!(said(named(&one, ":0")).contains("byte 60: the array has shape [4, 3]; landmarks have [n, 3]"));
+        assert!(said(named(&one, ":0")).contains("b.npy: the array has shape [4, 3], the landmarks of one scan"));
+        for row in [":-1", ":x", ":"] {
+            assert!(said(named(&rows, row)).contains("a.npy: \"") && said(named(&rows, row)).contains("no row; count"));
+        }
+        npy::write_f64(&one, &[2, 6], &values).expect("written");
+        assert!(said(one.clone()).contains("byte 60: the array has shape [2, 6]; landmarks have [n, 3]"));
+        npy::write_f64(&one, &[1, 3], &[1.0, f64::NAN, 2.0]).expect("written");
+        assert!(said(one.clone()).contains("landmark 0 (counted from 0) is not finite"));
+        npy::write_f64(&one, &[1, 3], &[1.0, 1e300, 2.0]).expect("written");
+        assert!(said(one).contains("landmark 0 (counted from 0) has a coordinate beyond"));
     }
 }

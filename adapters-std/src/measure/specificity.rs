@@ -74,6 +74,7 @@ pub fn specificity(
     let search = NearestShape::new(tensor, &model.mean);
     let total = (identity_dims.len() + expression_dims.len()) * options.samples;
     let mut done = 0;
+    progress(0, total);
     let mut point = |dim: usize, d_id: usize, d_pose: usize| -> Result<CurvePoint, Error> {
         let mut distances = Vec::with_capacity(options.samples);
         for batch in samples.chunks(BATCH) {

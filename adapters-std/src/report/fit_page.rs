@@ -14,6 +14,9 @@ use crate::generate::deviations_of_weights;
 use crate::mesh::Mesh;
 use crate::register::scan_fit::{ScanFit, ScanFitOptions};
 
+/// Files of the page that could also be an input or another output.
+pub const PAGE_FILES: [&str; 4] = ["index.html", "fit.glb", "scan.glb", "figures.json"];
+
 /// What is told about.
 #[derive(Debug, Clone, Copy)]
 pub struct FitReport<'a> {

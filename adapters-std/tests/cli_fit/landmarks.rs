@@ -25,7 +25,19 @@ fn every_form_of_landmarks_gives_the_same_fit() {
     let (one, rows) = (work.path("one.npy"), work.path("rows.npy"));
     npy::write_f64(&one, &[13, 3], &values).expect("written");
     npy::write_f64(&rows, &[2, 13, 3], &[vec![0.0; 39], values].concat()).expect("written");
-    for form in [labelled, vertices, one, format!("{rows}:1")] {
+    let rows_of = |separator: &str| -> String {
+        let row = |(name, p): &(String, [f64; 3])| {
+            format!("{name}{separator}{:?}{separator}{:?}{separator}{:?}\n", p[0], p[1], p[2])
+        };
+        work.landmarks.iter().map(row).collect()
+    };
+    let spaced = work.text("spaced.txt", &rows_of(" "));
+    let csv = work.text("commas.csv", &format!("name,x,y,z\n{}", rows_of(",").replace("_", " ")));
+    let by_name: serde_json::Map<String, serde_json::Value> =
+        work.landmarks.iter().map(|(name, p)| (name.clone(), json!(p))).collect();
+    let by_name = work.text("by_name.json", &json!(by_name).to_string());
+    let list = work.text("list.json", &json!(work.vertices).to_string());
+    for form in [labelled, vertices, one, format!("{rows}:1"), spaced, csv, by_name, list] {
         let (same, vertices) = work.fitted(&scan, &form, &[]);
         assert_eq!(vertices, *expected, "{form}");
         assert_eq!(same["landmark_residuals_mm"], object["landmark_residuals_mm"], "{form}");

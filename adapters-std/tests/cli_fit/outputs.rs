@@ -56,6 +56,59 @@ fn the_figures_make_the_fitted_mesh_again() {
     assert!((scale - 1.0).abs() < 1e-6, "{scale}");
 }
 
+/// The parameters alone make the fitted mesh again, in the unit and frame of the scan or in those of the model.
+#[test]
+fn the_parameters_make_the_fitted_mesh_again() {
+    let work = work();
+    let (scan, landmarks, parameters) =
+        (work.path("scans/scan_00.ply"), work.triples("parameters.txt", |p| p), work.path("parameters.json"));
+    let (object, vertices) = work.fitted(&scan, &landmarks, &["--parameters", &parameters]);
+    assert_eq!(object["parameters"], parameters);
+    let (again, unplaced, model) = (work.path("placed.npy"), work.path("unplaced.npy"), work.path("face.hab"));
+    let made = |output: &str, more: &[&str]| {
+        json(&[&["generate", &model, "--parameters", &parameters, "-o", output], more].concat());
+        mesh_files::read(output).expect("a cloud").positions
+    };
+    let apart = mean_distance(&made(&again, &[]), &vertices);
+    assert!(apart < 1e-4, "{apart}");
+    let middle = |points: &[[f64; 3]]| points.iter().map(|p| p[2]).sum::<f64>() / points.len() as f64;
+    let moved = middle(&made(&unplaced, &["--unplaced"])) - middle(&vertices);
+    assert!(moved.abs() > 1.0, "{moved}");
+    // The whole object says the same.
+    let whole = work.text("whole.json", &object.to_string());
+    json(&["generate", &model, "--parameters", &whole, "-o", &again]);
+    assert!(mean_distance(&mesh_files::read(&again).expect("a cloud").positions, &vertices) < 1e-4);
+}
+
+/// Nothing that is read is overwritten, and what cannot be written is told before any work.
+#[test]
+fn outputs_are_checked_first() {
+    let work = work();
+    let scan = work.path("scans/scan_00.ply");
+    let landmarks = work.triples("kept.txt", |p| p);
+    let before = std::fs::read(&scan).expect("read");
+    let dotted = work.path("scans/../scans/scan_00.ply");
+    let report = work.text("no_folder", "x");
+    let new = work.path("not_written.ply");
+    for (more, part) in [
+        (&["-o", &scan[..]][..], "-o would overwrite an input"),
+        (&["-o", &dotted], "-o would overwrite an input"),
+        (&["--parameters", &new, "-o", &new], "not_written.ply: the output is a .json file"),
+        (&["-o", &new, "--report", &report], "no_folder: is a file; name a folder"),
+        (&["-o", &new, "--report", &work.path("none/a/b")], "there is no folder"),
+    ] {
+        let said = work.refused("face.hab", &scan, &landmarks, more);
+        assert!(said.contains(part), "{part}: {said}");
+        // Before the scan is even looked at.
+        assert!(
+            work.refused("face.hab", &work.path("absent.ply"), &landmarks, more).contains(part)
+                || more[1].contains("scan_00")
+        );
+    }
+    assert!(!std::path::Path::new(&new).exists());
+    assert!(std::fs::read(&scan).expect("read") == before);
+}
+
 /// The object has the fields of docs/json.md and no others, and they agree with one another.
 #[test]
 fn the_object_is_as_documented() {

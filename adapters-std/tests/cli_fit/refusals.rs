@@ -38,6 +38,18 @@ fn landmarks_that_cannot_place_the_scan_are_refused() {
     let chin = work.landmarks[12].1;
     let off = work.triples("off.txt", |p| if p == chin { [p[0], p[1], p[2] + 60.0] } else { p });
     contains(&refused(&off), &["the landmark chin is", "mark it anew, or leave it out"]);
+    // A kilometre off, also one of five.
+    let wild = work.triples("wild.txt", |p| if p == chin { [p[0] + 1e6, p[1], p[2]] } else { p });
+    contains(&refused(&wild), &["the landmark chin is 1.000e6 mm from where the others", "leave it out"]);
+    let five = std::fs::read_to_string(work.labelled("five.txt", &[0, 3, 4, 8, 12])).expect("read");
+    let far = five.replace(&format!("{:?} ", chin[0]), &format!("{:?} ", chin[0] + 1e6));
+    contains(&refused(&work.text("five.txt", &far)), &["the landmark chin is 1.000e6 mm", "leave it out"]);
+    // Eyes of which the corners were exchanged.
+    let eyes = text.replace("left_eye", "L").replace("right_eye", "left_eye").replace('L', "right_eye");
+    contains(
+        &refused(&work.text("eyes.txt", &eyes)),
+        &["right_eye_outer and left_eye_outer", "right_eye_inner and left_eye_inner", "seem to be exchanged"],
+    );
     // In one place and on a line.
     contains(&refused(&work.triples("place.txt", |_| [1.0; 3])), &["landmarks do not place the scan", "on a line"]);
     contains(&refused(&work.triples("line.txt", |p| [p[0], 0.0, 0.0])), &["landmarks do not place the scan"]);
@@ -49,7 +61,7 @@ fn landmarks_that_cannot_place_the_scan_are_refused() {
     // Those of a giant.
     contains(
         &refused(&work.triples("giant.txt", |p| p.map(|x| 5.0 * x))),
-        &["the unit of the scan cannot be told", "--unit"],
+        &["the unit of the scan cannot be told", "in inches", "--unit"],
     );
     contains(&refused(&work.path("none.txt")), &["none.txt", "cannot be read"]);
 }
@@ -73,7 +85,10 @@ fn landmark_files_that_do_not_fit_are_refused() {
     contains(&refused(&rows), &["name one, such as", "refused.npy:0"]);
     let infinite: Vec<f64> = values.iter().enumerate().map(|(k, &x)| if k == 7 { f64::INFINITY } else { x }).collect();
     npy::write_f64(&rows, &[1, 13, 3], &infinite).expect("written");
-    contains(&refused(&format!("{rows}:0")), &["a landmark is not finite", "leave it out"]);
+    contains(
+        &refused(&format!("{rows}:0")),
+        &["refused.npy: the landmark left_eye_inner is not finite", "leave it out"],
+    );
     npy::write_f64(&rows, &[1, 13, 3], &[f64::NAN; 39]).expect("written");
     contains(&refused(&format!("{rows}:0")), &["0 landmarks", "at least 4"]);
     contains(&refused(&work.text("text_nan.txt", "1 2 3\n4 nan 5\n")), &["text_nan.txt, line 2", "\"nan\""]);
@@ -101,7 +116,7 @@ fn scans_that_are_none_are_refused() {
     let said = refused(&work.mesh("ball.ply", &Mesh { positions: ball.collect(), ..Mesh::default() }));
     contains(&said, &["ball.ply", "is it a scan of the model's kind"]);
     let said = refused(&work.mesh("point.ply", &Mesh { positions: vec![middle], ..Mesh::default() }));
-    contains(&said, &["point.ply", "only 0 % of the fitted model lies on the scan"]);
+    contains(&said, &["point.ply", "1 points of the scan lie within", "too few for a fit"]);
 }
 
 #[test]

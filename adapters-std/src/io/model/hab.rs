@@ -7,16 +7,20 @@ use habitus_core::generator::LANES;
 use rayon::prelude::*;
 
 use super::source::{Coefficients, ModelSource};
-use crate::Error;
 use crate::io::atomic;
+use crate::{Error, Place};
 
 /// Opens the bytes of a model file that came from `path`, which the message of an error names.
 pub fn opened<'a>(bytes: &'a [u8], path: &Path) -> Result<Model<'a>, Error> {
-    Model::open(bytes).map_err(|error| Error::Kernel { what: described(path, error), error })
+    Model::open(bytes).map_err(|error| {
+        let problem =
+            if bytes.is_empty() { "the file is empty; train or copy it again".into() } else { described(error) };
+        Error::malformed(path, Place::Whole, problem)
+    })
 }
 
-/// The file, and for a damaged or foreign one what to do.
-fn described(path: &Path, error: habitus_core::Error) -> String {
+/// What is wrong, where, and for a damaged or foreign file what to do.
+fn described(error: habitus_core::Error) -> String {
     use habitus_core::Error as Kernel;
     let section = match error {
         Kernel::BadChecksum { section }
@@ -35,7 +39,7 @@ fn described(path: &Path, error: habitus_core::Error) -> String {
         Kernel::BadChecksum { .. } => "; copy or download it again, or train it anew",
         _ => "",
     };
-    format!("{}{place}{remedy}", path.display())
+    format!("{error}{place}{remedy}")
 }
 
 /// Writes a model to `path`, atomically. What is written has passed every check of the reader.
@@ -212,7 +216,12 @@ mod tests {
         let model = hosvd(&tensor(), &HosvdOptions::default()).unwrap().model;
         let file = bytes(&ModelSource::of_multilinear(&model)).unwrap();
         let message = |bytes: &[u8]| opened(bytes, Path::new("face.hab")).unwrap_err().to_string();
-        assert!(message(b"solid cube").starts_with("face.hab; give a model"), "{}", message(b"solid cube"));
+        assert!(
+            message(b"solid cube").starts_with("face.hab: not a .hab model file; give a model"),
+            "{}",
+            message(b"solid cube")
+        );
+        assert_eq!(message(b""), "face.hab: the file is empty; train or copy it again");
         assert!(message(&file[..1000]).contains("copy or download it again"));
         let mut damaged = file.clone();
         damaged[2000] ^= 1;

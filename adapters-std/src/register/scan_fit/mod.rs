@@ -18,6 +18,7 @@ mod samples;
 mod sides;
 mod start;
 mod state;
+mod suspects;
 mod target;
 
 pub use named::in_model_order;

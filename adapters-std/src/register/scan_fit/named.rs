@@ -6,10 +6,11 @@ use crate::Error;
 
 /// `points` in the order of the model's landmarks, `None` where the file has none of that name, and the names that the model does not know.
 ///
-/// A point of three NaN is one that was not marked. Without `names` there must be one point for each landmark of the model, in its order.
+/// Names are equal also in other letters and with spaces or hyphens between their words. A point of three NaN is one that was not marked. Without `names` there must be one point for each landmark of the model, in its order.
 ///
 /// # Errors
-/// [`Error::Input`] for a model without landmarks, another number of points without names, names of which the model knows none.
+/// [`Error::Input`] for a model without landmarks, another number of points without names, names of which the model knows none, or that
+/// are equal.
 #[allow(clippy::type_complexity)]
 pub fn in_model_order(
     model: &Model<'_>,
@@ -33,7 +34,10 @@ pub fn in_model_order(
         }
         return Ok((points.iter().map(marked).collect(), Vec::new()));
     };
-    let place = |name: &&str| names.iter().position(|known| known == name);
+    let keys: Vec<String> = names.iter().map(|name| key(name)).collect();
+    let place = |name: &&str| {
+        names.iter().position(|known| known == name).or_else(|| keys.iter().position(|known| *known == key(name)))
+    };
     if of_model.iter().all(|name| place(name).is_none()) {
         return Err(Error::input(format!(
             "none of the landmarks ({}) is one of the model's ({}); name them so",
@@ -42,8 +46,23 @@ pub fn in_model_order(
         )));
     }
     let ordered = of_model.iter().map(|name| marked(points.get(place(name)?)?)).collect();
-    let unknown = names.iter().filter(|name| !of_model.contains(&name.as_str())).cloned().collect();
+    let used: Vec<Option<usize>> = of_model.iter().map(place).collect();
+    let mut unknown = Vec::new();
+    for at in (0..names.len()).filter(|at| !used.contains(&Some(*at))) {
+        if let Some(other) = used.iter().flatten().find(|other| keys[**other] == keys[at]) {
+            return Err(Error::input(format!(
+                "the landmarks {:?} and {:?} have the same name; leave one out",
+                names[*other], names[at]
+            )));
+        }
+        unknown.push(names[at].clone());
+    }
     Ok((ordered, unknown))
+}
+
+/// What names have in common that are written in other ways: `Nose tip` and `nose_tip`.
+fn key(name: &str) -> String {
+    name.split([' ', '-', '_']).filter(|part| !part.is_empty()).collect::<Vec<_>>().join("_").to_lowercase()
 }
 
 #[cfg(test)]
@@ -64,6 +83,15 @@ mod tests {
             in_model_order(&model(), Some(&names(&["chin", "ear", "nose_tip"])), &[A, B, B]).expect("known");
         assert_eq!((ordered.len(), ordered[12], ordered[4]), (13, Some(A), Some(B)));
         assert_eq!((ordered.iter().flatten().count(), unknown), (2, names(&["ear"])));
+    }
+
+    #[test]
+    fn names_may_be_written_in_other_ways() {
+        let ordered = |all: &[&str]| in_model_order(&model(), Some(&names(all)), &[A, B]);
+        let (found, unknown) = ordered(&["Nose  tip", "Left-Eye-inner"]).expect("known");
+        assert_eq!((found[4], found[2], unknown.len()), (Some(A), Some(B), 0));
+        let said = ordered(&["nose tip", "nose_tip"]).expect_err("twice").to_string();
+        assert!(said.contains("\"nose_tip\" and \"nose tip\" have the same name"), "{said}");
     }
 
     #[test]

@@ -7,21 +7,21 @@ use habitus_core::rotation::similarity::Similarity;
 use super::held::Held;
 use super::problem::{Belief, improved, widened};
 use super::state::{Priors, State};
+use super::suspects::{self, EXCHANGED, figure, lie_off};
 use super::target::Region;
 use crate::Error;
+use crate::mesh::LARGEST_COORDINATE;
 use crate::register::rigid::alignment;
 use crate::spatial::frame_recovery::Unit;
 
 /// Landmarks that a start needs.
-const FEWEST: usize = 4;
+pub(super) const FEWEST: usize = 4;
 /// Smallest and largest size of the landmarks, in those of the model's mean: no two units fit at once.
 const SIZES: [f64; 2] = [0.7, 1.4];
 /// Units that are tried.
 const UNITS: [Unit; 4] = [Unit::Millimetre, Unit::Centimetre, Unit::Metre, Unit::Inch];
-/// With left and right exchanged the landmarks fit this much better when they were given exchanged.
-const EXCHANGED: f64 = 0.7;
 /// Largest root mean square residual of the landmarks after the start, mm.
-const MOST_RESIDUAL: f64 = 12.0;
+pub(super) const MOST_RESIDUAL: f64 = 12.0;
 
 /// A landmark of the model and where the scan has it.
 #[derive(Debug, Clone, Copy)]
@@ -69,25 +69,43 @@ impl Start {
                 marked.len()
             )));
         }
-        if marked.iter().any(|(_, position)| position.iter().any(|x| !x.is_finite())) {
-            return Err(Error::input("a landmark is not finite; leave it out"));
+        let names: Vec<&str> = model.landmark_names().map(|names| names.iter().collect()).unwrap_or_default();
+        let name = |at: usize| {
+            let k = marked.get(at).map_or(at, |&(k, _)| k);
+            names.get(k).map_or_else(|| format!("{k} (counted from 0)"), |name| (*name).to_owned())
+        };
+        // NaN is no such place either.
+        let is_place = |position: &[f64; 3]| position.iter().all(|x| x.abs() <= LARGEST_COORDINATE);
+        if let Some(at) = marked.iter().position(|(_, position)| !is_place(position)) {
+            let what =
+                if marked[at].1.iter().all(|x| x.is_finite()) { "too far away to be a place" } else { "not finite" };
+            return Err(Error::input(format!("the landmark {} is {what}: mark it anew, or leave it out", name(at))));
         }
         let held = Held::new(&bilinear(model)?, &priors.mean_state(), 0)?;
         let mean = held.positions();
         let of_model = |k: usize| vertices.get(k).and_then(|v| mean.get(v as usize)).copied().unwrap_or_default();
-        let source: Vec<f64> = marked.iter().flat_map(|&(k, _)| of_model(k)).collect();
-        let raw: Vec<f64> = marked.iter().flat_map(|&(_, position)| position).collect();
+        let places: Vec<[f64; 3]> = marked.iter().map(|&(k, _)| of_model(k)).collect();
+        let raw: Vec<[f64; 3]> = marked.iter().map(|&(_, position)| position).collect();
+        let source = places.as_flattened().to_vec();
+        let sizes = suspects::size(&places, &raw);
+        let wild = suspects::wild(&sizes);
+        let tame = |points: &[[f64; 3]]| -> Vec<f64> {
+            points.iter().enumerate().filter(|(at, _)| !wild.contains(at)).flat_map(|(_, p)| *p).collect()
+        };
         let named = |error: Error| Error::input(format!("the landmarks do not place the scan: {error}"));
-        let size = alignment(&source, &raw, None, true).map_err(named)?.scale;
-        let unit = fitting_unit(size, unit)?;
+        alignment(&tame(&places), &tame(&raw), None, true).map_err(named)?;
+        let unit = fitting_unit(sizes.0, unit)?;
         let unit_mm = unit.millimetres();
+        suspects::refuse_wild(&name, &places, &raw, unit_mm, &wild)?;
 
         let n = marked.len() as f64;
         let centre: [f64; 3] = std::array::from_fn(|axis| marked.iter().map(|(_, p)| p[axis]).sum::<f64>() / n);
         let position = |p: [f64; 3]| std::array::from_fn(|axis| (p[axis] - centre[axis]) * unit_mm);
         let target: Vec<f64> = marked.iter().flat_map(|&(_, p)| position(p)).collect();
         let (placed, as_given) = robust_alignment(&source, &target)?;
-        refuse_exchanged_sides(model, &marked, &of_model, &target, as_given)?;
+        let sides = with_exchanged_sides(model, &marked, &of_model, &target)?;
+        suspects::refuse_exchanged(&name, &places, target.as_chunks::<3>().0, as_given, sides)?;
+        refuse_exchanged_sides(as_given, sides)?;
 
         let landmarks: Vec<Landmark> = marked
             .iter()
@@ -106,7 +124,7 @@ impl Start {
         let distances = residuals(&held, &landmarks, &state.placement);
         let residual = rms(&distances);
         if !(residual <= MOST_RESIDUAL) {
-            return Err(far_landmarks(model, &marked, &distances, residual));
+            return Err(far_landmarks(&name, &distances, residual));
         }
         let radius = 1.2 * farthest(&mean, &source);
         let front = state.placement.rotation.map(|row| f64::from(row[2]));
@@ -115,23 +133,19 @@ impl Start {
 }
 
 /// The error of landmarks that no face of the model has; it names the one that lies off when the others do not.
-fn far_landmarks(model: &Model<'_>, marked: &[(usize, [f64; 3])], distances: &[f64], residual: f64) -> Error {
+fn far_landmarks(name: &dyn Fn(usize) -> String, distances: &[f64], residual: f64) -> Error {
     let farthest = (0..distances.len()).max_by(|&a, &b| distances[a].total_cmp(&distances[b])).unwrap_or(0);
     let others: Vec<f64> =
         distances.iter().enumerate().filter(|&(k, _)| k != farthest).map(|(_, &distance)| distance).collect();
     if rms(&others) <= MOST_RESIDUAL / 2.0
-        && let (Some(&(k, _)), Some(far)) = (marked.get(farthest), distances.get(farthest))
+        && let Some(&far) = distances.get(farthest)
     {
-        let name = model.landmark_names().and_then(|names| names.iter().nth(k).map(str::to_owned));
-        return Error::input(format!(
-            "the landmark {} is {far:.1} mm from where the others ask for it, and these agree to {:.1} mm: mark it anew, or leave it out",
-            name.unwrap_or_else(|| format!("{k} (counted from 0)")),
-            rms(&others)
-        ));
+        return lie_off(&[(name(farthest), far)], rms(&others));
     }
     Error::input(format!(
-        "the landmarks are {residual:.1} mm (root mean square) from those of any face of the model, at most {MOST_RESIDUAL} are accepted: \
-         are they in the right order, on a scan of the model's kind?"
+        "the landmarks are {} mm (root mean square) from those of any face of the model, at most {MOST_RESIDUAL} are accepted: \
+         are they in the right order, on a scan of the model's kind?",
+        figure(residual, 1)
     ))
 }
 
@@ -194,14 +208,14 @@ fn fitting_unit(size: f64, declared: Option<Unit>) -> Result<Unit, Error> {
     match declared {
         Some(unit) if fits(&unit) => Ok(unit),
         Some(unit) => Err(Error::input(format!(
-            "in {} the landmarks are {:.3} times as large as the model's, {} to {} are accepted: is the unit right, is it a scan of the model's kind?",
-            unit.symbol(),
-            ratio(unit),
+            "in {} the landmarks are {} times as large as the model's, {} to {} are accepted: is the unit right, is it a scan of the model's kind?",
+            called(unit),
+            figure(ratio(unit), 3),
             SIZES[0],
             SIZES[1]
         ))),
         None => UNITS.into_iter().find(fits).ok_or_else(|| {
-            let all: Vec<String> = UNITS.iter().map(|&u| format!("{:.3} in {}", ratio(u), u.symbol())).collect();
+            let all: Vec<String> = UNITS.iter().map(|&u| format!("{} in {}", figure(ratio(u), 3), called(u))).collect();
             Error::input(format!(
                 "the unit of the scan cannot be told: its landmarks are {} times as large as the model's; give --unit, or a scan of the model's kind",
                 all.join(", ")
@@ -210,8 +224,13 @@ fn fitting_unit(size: f64, declared: Option<Unit>) -> Result<Unit, Error> {
     }
 }
 
+/// The unit in a sentence, where its symbol may be mistaken for a word.
+fn called(unit: Unit) -> &'static str {
+    if unit == Unit::Inch { "inches" } else { unit.symbol() }
+}
+
 /// The rigid motion of `source` onto `target` in which single landmarks that lie far off count less, and the root mean square residual.
-fn robust_alignment(source: &[f64], target: &[f64]) -> Result<(Similarity<f32>, f64), Error> {
+pub(super) fn robust_alignment(source: &[f64], target: &[f64]) -> Result<(Similarity<f32>, f64), Error> {
     let mut weights = vec![1.0; source.len() / 3];
     let mut distances = Vec::new();
     let mut found = alignment(source, target, None, false)?;
@@ -236,14 +255,24 @@ fn robust_alignment(source: &[f64], target: &[f64]) -> Result<(Similarity<f32>, 
 }
 
 /// Refuses landmarks that fit clearly better with left and right exchanged.
-fn refuse_exchanged_sides(
+fn refuse_exchanged_sides(as_given: f64, exchanged: f64) -> Result<(), Error> {
+    if exchanged < EXCHANGED * as_given {
+        return Err(Error::input(format!(
+            "left and right of the landmarks seem to be exchanged: they are {as_given:.1} mm (root mean square) from the model's as given and \
+             {exchanged:.1} mm with the sides exchanged; left is the subject's left (+x)"
+        )));
+    }
+    Ok(())
+}
+
+/// How well the landmarks fit with left and right exchanged, mm (root mean square); infinite where their names do not tell the sides.
+fn with_exchanged_sides(
     model: &Model<'_>,
     marked: &[(usize, [f64; 3])],
     of_model: &dyn Fn(usize) -> [f64; 3],
     target: &[f64],
-    as_given: f64,
-) -> Result<(), Error> {
-    let Some(names) = model.landmark_names() else { return Ok(()) };
+) -> Result<f64, Error> {
+    let Some(names) = model.landmark_names() else { return Ok(f64::INFINITY) };
     let names: Vec<&str> = names.iter().collect();
     let other = |k: usize| {
         let name = names.get(k)?;
@@ -254,15 +283,8 @@ fn refuse_exchanged_sides(
         names.iter().position(|name| *name == exchanged)
     };
     let sources: Option<Vec<[f64; 3]>> = marked.iter().map(|&(k, _)| Some(of_model(other(k)?))).collect();
-    let Some(sources) = sources else { return Ok(()) };
-    let (_, exchanged) = robust_alignment(sources.as_flattened(), target)?;
-    if exchanged < EXCHANGED * as_given {
-        return Err(Error::input(format!(
-            "left and right of the landmarks seem to be exchanged: they are {as_given:.1} mm (root mean square) from the model's as given and \
-             {exchanged:.1} mm with the sides exchanged; left is the subject's left (+x)"
-        )));
-    }
-    Ok(())
+    let Some(sources) = sources else { return Ok(f64::INFINITY) };
+    Ok(robust_alignment(sources.as_flattened(), target)?.1)
 }
 
 /// Distance of the farthest vertex from the middle of the landmarks.

@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::sides::{ScanSurface, agreeing, turn_outwards};
+use super::suspects::figure;
 use crate::Error;
 use crate::mesh::Mesh;
 use crate::mesh::sampling::VoxelCells;
@@ -37,6 +38,8 @@ pub(super) struct Region {
 
 /// Distance of the position towards which normals of clouds are turned, in radii of the region.
 const VIEWPOINT: f64 = 10.0;
+/// Points that a fit needs.
+const FEWEST_POINTS: usize = 100;
 /// Radius over which normals are smoothed, in cells.
 const NEIGHBOURHOOD: f64 = 2.0;
 
@@ -47,7 +50,7 @@ impl Target {
     /// neighbourhoods, turned to where the face looks.
     ///
     /// # Errors
-    /// [`Error::Input`] when no point lies in the region.
+    /// [`Error::Input`] when no point lies in the region, or too few.
     pub(super) fn new(scan: &Mesh, region: &Region, cell: f64, most: usize, coherence: f64) -> Result<Self, Error> {
         let centre = DVec3::from_array(region.centre);
         let placed = |p: &[f64; 3]| ((DVec3::from_array(*p) - centre) * region.unit_mm).to_array();
@@ -56,7 +59,14 @@ impl Target {
             .collect();
         if inside.is_empty() {
             return Err(Error::input(format!(
-                "no point of the scan lies within {:.0} mm of its landmarks: are the landmarks in the frame and unit of the scan?",
+                "no point of the scan lies within {} mm of its landmarks: are the landmarks in the frame and unit of the scan?",
+                figure(region.radius, 0)
+            )));
+        }
+        if inside.len() < FEWEST_POINTS {
+            return Err(Error::input(format!(
+                "{} points of the scan lie within {:.0} mm of its landmarks, too few for a fit: give a scan with at least {FEWEST_POINTS} there",
+                inside.len(),
                 region.radius
             )));
         }

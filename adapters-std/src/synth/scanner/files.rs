@@ -15,6 +15,17 @@ use crate::spatial::frame_recovery::Unit;
 /// The face of a point that is none of the subject, in `truth_face_00.npy`.
 pub const NO_FACE: u32 = u32::MAX;
 
+/// Digits of the numbers in the names of the files of so many scans.
+fn digits(n_scans: usize) -> usize {
+    n_scans.saturating_sub(1).to_string().len().max(2)
+}
+
+/// The meshes that a folder of so many scans will have.
+pub fn scan_names(n_scans: usize) -> impl Iterator<Item = String> {
+    let width = digits(n_scans);
+    (0..n_scans).flat_map(move |k| ["scan", "truth"].map(|name| format!("{name}_{k:0width$}.ply")))
+}
+
 /// A folder of scans that grows.
 #[derive(Debug)]
 pub struct ScanFolder {
@@ -32,7 +43,7 @@ impl ScanFolder {
     /// [`Error::Write`].
     pub fn new(path: &Path, unit: Unit, n_scans: usize) -> Result<Self, Error> {
         std::fs::create_dir_all(path).map_err(|source| Error::Write { path: path.to_owned(), source })?;
-        let width = n_scans.saturating_sub(1).to_string().len().max(2);
+        let width = digits(n_scans);
         Ok(ScanFolder { path: path.to_owned(), unit, width, records: Vec::new() })
     }
 
