@@ -106,7 +106,7 @@ fn demo_and_reports_are_pages() {
     let (html, mut told) = checked(&folder.join("fit"), 12, 15);
     assert!(html.contains("nose_tip") && html.contains("unseen_1_smile_scan.ply"));
     assert_eq!(said["report"], path("fit"));
-    let own = ["rounds", "vertices", "vertices_on_scan", "distance_mean_mm", "distance_median_mm", "distance_95_mm"];
+    let own = ["rounds", "vertices", "scan_points"];
     own.iter().for_each(|name| assert!(told.as_object_mut().unwrap().remove(*name).is_some(), "{name}"));
     for name in ["seconds", "output", "parameters", "png", "report", "warnings"] {
         assert!(said.as_object_mut().unwrap().remove(name).is_some(), "{name}");
@@ -117,6 +117,7 @@ fn demo_and_reports_are_pages() {
     json(&["measure", "model", &model, "--report", &path("file")]);
     let (html, _) = checked(&folder.join("file"), 20, 2);
     assert!(html.contains("Identity weight") && html.contains("no person was scanned"));
+    assert!(html.contains("Generalization and specificity are not shown") && html.contains("weight 1 is not shown"));
 }
 
 #[test]

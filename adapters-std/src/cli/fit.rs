@@ -18,7 +18,7 @@ use crate::mesh::Mesh;
 use crate::parameters::{self, Parameters};
 use crate::register::scan_fit::{ScanFit, ScanFitOptions, fit_scan, in_model_order};
 use crate::report::fit_page::{FitReport, PAGE_FILES, marked_names};
-use crate::report::fit_shown::FitShown;
+use crate::report::fit_shown::{DISTANCE, FitShown};
 use crate::report::{Figure, Finish, Image, Scene};
 use crate::spatial::frame_recovery::Unit;
 
@@ -73,6 +73,9 @@ impl UnitName {
     }
 }
 
+/// Landmarks that are farther from the fit, mm, on average are worth a look; on faces it is about 2.
+const USUAL_RESIDUAL: f64 = 4.0;
+
 pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     args.png.as_deref().map(|path| expect_extension(path, "png")).transpose()?;
     args.parameters.as_deref().map(|path| expect_extension(path, "json")).transpose()?;
@@ -106,11 +109,18 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     if let Some(path) = &args.parameters {
         parameters(&model, &fit)?.write(path)?;
     }
+    let shown_fit = FitShown::new(&fit, &scan, &fitted)?;
     if let Some(path) = &args.png {
-        picture(args, &FitShown::new(&fit, &scan, &fitted)?).write_png(path)?;
+        picture(args, &shown_fit)?.write_png(path)?;
+    }
+    if fit.landmark_residual > USUAL_RESIDUAL {
+        console.warn(&format!(
+            "the landmarks are {:.1} mm from those of the fitted model on average, about 2 mm is usual: look at where they are marked, and at the picture (--png)",
+            fit.landmark_residual
+        ));
     }
     let marked: Vec<bool> = landmarks.iter().map(Option::is_some).collect();
-    let mut object = object(args, &model, &fit, &marked);
+    let mut object = object(args, &model, &fit, &shown_fit, &marked);
     if let Some(folder) = &args.report {
         let report = FitReport {
             model: &model,
@@ -120,6 +130,7 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
             fit: &fit,
             options: &options,
             fitted: &fitted,
+            shown: &shown_fit,
             marked: &marked,
             figures: &object,
         };
@@ -131,7 +142,7 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
     {
         object[name] = path.as_deref().map(shown).into();
     }
-    console.result(&text(args, &fit, seconds), object)
+    console.result(&text(args, &fit, &shown_fit, seconds), object)
 }
 
 /// What makes the fitted model again.
@@ -174,37 +185,39 @@ fn landmarks(
 }
 
 /// Scan, fit and distance from three sides, in the frame of the model and in millimetres, so that faces look at the viewer.
-fn picture(args: &FitArgs, shown: &FitShown) -> Image {
+fn picture(args: &FitArgs, shown: &FitShown) -> Result<Image, Error> {
     let plain = |mesh| Scene { finish: Finish::Even, ..Scene::new([mesh]) };
-    let colours = shown.colours();
-    let mut map = plain(&shown.fitted);
+    let (numbers, mut map) = (shown.map()?, plain(&shown.fitted));
+    let colours = numbers.colours();
     map.meshes.iter_mut().for_each(|placed| placed.colours = Some(&colours));
-    let caption = format!("distance of the fit from the scan: median {:.2} mm", shown.quantile(0.5));
+    let caption = distance_told(shown);
     let rows = vec![("scan".to_owned(), plain(&shown.scan)), ("fit".to_owned(), plain(&shown.fitted)), (caption, map)];
     let title = format!("{} fitted to {}", file_name(&args.model), file_name(&args.scan));
-    let mut figure =
-        Figure { bar: Some(shown.bar("distance, mm")), picture_size: args.size.into(), ..Figure::new(title, rows) };
+    let mut figure = Figure { bar: Some(numbers.bar()), picture_size: args.size.into(), ..Figure::new(title, rows) };
     figure.views.truncate(3);
-    figure.drawn()
+    Ok(figure.drawn())
+}
+
+/// The distance of scan and fit in one line.
+fn distance_told(shown: &FitShown) -> String {
+    match (shown.distance.median(), shown.distance.quantile(0.95)) {
+        (Some(median), Some(most)) => format!("{DISTANCE}: median {median:.2} mm, 95 % within {most:.2} mm"),
+        _ => format!("{DISTANCE}: no point is on the fit"),
+    }
 }
 
 fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
-fn text(args: &FitArgs, fit: &ScanFit, seconds: f64) -> String {
+fn text(args: &FitArgs, fit: &ScanFit, shown: &FitShown, seconds: f64) -> String {
     let mut text = String::new();
     let n_landmarks = fit.landmark_residuals.len();
     let _ = writeln!(text, "{}: fitted in {seconds:.2} s with {} of its points", args.scan.display(), fit.n_points);
     let _ = writeln!(text, "unit: {}", fit.unit.symbol());
-    let _ = writeln!(
-        text,
-        "distance along the normals: median {:.2} mm; {:.0} % of the model lies on the scan",
-        fit.median,
-        100.0 * fit.coverage
-    );
-    let mean = fit.landmark_residuals.iter().sum::<f64>() / n_landmarks.max(1) as f64;
-    let _ = writeln!(text, "landmarks: {n_landmarks}, mean distance {mean:.2} mm");
+    let _ = writeln!(text, "{}", distance_told(shown));
+    let _ = writeln!(text, "{:.0} % of the model lies on the scan", 100.0 * fit.coverage);
+    let _ = writeln!(text, "landmarks: {n_landmarks}, {:.2} mm from those of the fit (mean)", fit.landmark_residual);
     for path in [&args.output, &args.parameters, &args.png].into_iter().flatten() {
         let _ = writeln!(text, "{}: written", path.display());
     }
@@ -214,7 +227,7 @@ fn text(args: &FitArgs, fit: &ScanFit, seconds: f64) -> String {
     text
 }
 
-fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, marked: &[bool]) -> Value {
+fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, shown_fit: &FitShown, marked: &[bool]) -> Value {
     json!({
         "scan": shown(&args.scan),
         "unit": fit.unit.symbol(),
@@ -225,7 +238,12 @@ fn object(args: &FitArgs, model: &Model<'_>, fit: &ScanFit, marked: &[bool]) -> 
         "placement": parameters::described(&fit.placement),
         "landmarks": marked_names(model, marked),
         "landmark_residuals_mm": fit.landmark_residuals,
-        "median_mm": fit.median,
+        "landmark_residual_mm": fit.landmark_residual,
+        "scan_distance_median_mm": shown_fit.distance.median(),
+        "scan_distance_mean_mm": shown_fit.distance.mean(),
+        "scan_distance_95_mm": shown_fit.distance.quantile(0.95),
+        "points_on_fit": shown_fit.distance.sorted.len(),
+        "judged_median_mm": fit.median,
         "sigma_mm": fit.sigma,
         "coverage_percent": 100.0 * fit.coverage,
         "points": fit.n_points,

@@ -93,12 +93,12 @@ pub(super) fn run(args: &ModelArgs, console: &Console) -> Result<(), Error> {
         }
     }
     let mut text = format!(
-        "{}: {} identities x {} expressions, {} vertices, alignment {:?}\n\n",
+        "{}: {} identities x {} expressions, {} vertices, {}\n\n",
         args.data.display(),
         shapes.n_identities(),
         shapes.n_expressions(),
         shapes.n_vertices(),
-        args.align
+        args.align.words()
     );
     let mut object = json!({
         "identities": shapes.n_identities(),

@@ -69,6 +69,16 @@ pub(super) enum Align {
     Gpa,
 }
 
+impl Align {
+    /// What was done, in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Align::None => "aligned as given",
+            Align::Gpa => "aligned by generalised Procrustes analysis",
+        }
+    }
+}
+
 /// Tucker decomposition.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(super) enum Tucker {
@@ -76,6 +86,16 @@ pub(super) enum Tucker {
     Hosvd,
     /// The same, refined by alternating eigenproblems.
     Hooi,
+}
+
+impl Tucker {
+    /// What was done, in words.
+    fn words(self) -> &'static str {
+        match self {
+            Tucker::Hosvd => "decomposed by higher-order SVD",
+            Tucker::Hooi => "decomposed by higher-order SVD and orthogonal iteration",
+        }
+    }
 }
 
 /// Reading, aligning, decomposing, measuring, leaving out, writing.
@@ -205,13 +225,13 @@ fn unlikely_size(shapes: &ShapeTensor) -> Option<String> {
 fn provenance(args: &FaceArgs, shapes: &ShapeTensor) -> String {
     let data = args.data.file_name().unwrap_or_default().to_string_lossy();
     let mut text = format!(
-        "habitus {} train face; data {data}: {} identities, {} expressions, {} vertices; alignment {:?}, {:?}",
+        "habitus {} train face; data {data}: {} identities, {} expressions, {} vertices; {}, {}",
         env!("CARGO_PKG_VERSION"),
         shapes.n_identities(),
         shapes.n_expressions(),
         shapes.n_vertices(),
-        args.align,
-        args.tucker,
+        args.align.words(),
+        args.tucker.words(),
     );
     if !args.provenance.is_empty() {
         let _ = write!(text, "\n{}", args.provenance);

@@ -25,19 +25,12 @@ pub(super) fn expressions(model: &Model<'_>) -> Result<Vec<Mesh>, Error> {
     EXPRESSIONS.iter().map(face).collect()
 }
 
-/// Each unseen face with its scan, its landmarks and its fits (PLY), and `faces.png`.
+/// What the page does not name: the fits that it compares with (PLY), and `faces.png`.
 pub(super) fn all(model: &Model<'_>, scans: &[UnseenScan], fits: &[FaceFit]) -> Result<Vec<File>, Error> {
     let mut files = Vec::new();
     for (number, (scan, fit)) in scans.iter().zip(fits).enumerate() {
         let name = name(number, scan);
-        files.push(File::new(format!("{name}_landmarks.txt"), landmarks(scan).into_bytes()));
-        for (part, mesh) in [
-            ("truth", &scan.truth),
-            ("scan", &scan.scan.mesh),
-            ("scan_fit", &fit.by_scan.mesh),
-            ("landmark_fit", &fit.by_landmarks.mesh),
-            ("point_fit", &fit.by_points.mesh),
-        ] {
+        for (part, mesh) in [("landmark_fit", &fit.by_landmarks.mesh), ("point_fit", &fit.by_points.mesh)] {
             files.push(File::ply(format!("{name}_{part}.ply"), mesh)?);
         }
     }
@@ -54,7 +47,7 @@ pub(super) fn all(model: &Model<'_>, scans: &[UnseenScan], fits: &[FaceFit]) -> 
 }
 
 /// The marked landmarks of a scan as a labelled list.
-fn landmarks(scan: &UnseenScan) -> String {
+pub(super) fn landmarks(scan: &UnseenScan) -> String {
     let all = LANDMARKS.iter().zip(&scan.landmarks).zip(&scan.marked);
     let marked =
         all.filter(|(_, marked)| **marked).map(|((name, [x, y, z]), _)| format!("{name}\n{x:.4} {y:.4} {z:.4}\n"));

@@ -5,14 +5,14 @@ use rayon::prelude::*;
 use serde_json::Value;
 
 use super::figures::{DemoFigures, partial};
-use super::files::{expressions, name};
+use super::files::{expressions, landmarks, name};
 use super::fits::{FaceFit, Found};
 use super::learned::Learned;
 use super::scans::UnseenScan;
 use crate::Error;
 use crate::mesh::Mesh;
 use crate::report::model_sections::{compactness_plot, curve_plots, modes};
-use crate::report::page::{Block, Cell, Download, File, Page, Picture, Section, Strip, Table};
+use crate::report::page::{Block, Cell, Download, File, Page, Picture, Section, Strip, Table, bytes};
 use crate::report::plot::{Cumulative, Histogram, Sample};
 use crate::report::portrait::{LINING, PORTRAIT, Portraits};
 use crate::report::{ColourBar, ColourScale, made_by, rounded_up};
@@ -82,7 +82,7 @@ fn results(figures: &DemoFigures, json: &Value) -> Section {
             count("vertices", "vertices"),
             count("identity weights", "identity_dim"),
             count("expression weights", "expression_dim"),
-            count("size of the file, bytes", "model_bytes"),
+            vec!["size of the file".into(), bytes(figures.model_bytes as u64).into()],
         ],
     };
     let gain = figures.unseen_mean_face_error_mm / figures.unseen_scan_fit_error_mm.max(1e-9);
@@ -96,12 +96,13 @@ fn results(figures: &DemoFigures, json: &Value) -> Section {
 /// Every unseen face: scan, fit, truth, error.
 fn fitted(scans: &[UnseenScan], fits: &[FaceFit], json: &Value) -> Result<Section, Error> {
     let truths: Vec<_> = scans.iter().map(|scan| scan.upright(&scan.truth)).collect();
-    let cells = Portraits::holding(PORTRAIT, &truths, Some(LINING));
+    let people: Vec<_> = scans.iter().map(UnseenScan::upright_person).collect();
+    let cells = Portraits::holding(PORTRAIT, truths.iter().chain(&people), Some(LINING));
     let mut all: Vec<f64> = fits.iter().flat_map(|fit| fit.by_scan.errors.iter().copied()).collect();
     all.sort_by(f64::total_cmp);
     // Nearly all errors are on the scale; one of the worst vertices should not wash out the others.
     let scale = ColourScale::sequential(0.0, rounded_up(all.get(all.len() * 99 / 100).copied().unwrap_or(1.0)));
-    let legend = cells.legend(&ColourBar::of(scale, "mm", &all));
+    let legend = cells.legend(&ColourBar::of(scale, "error, mm", &all));
     let mut legend = Picture::of(&legend, "pictures/error_legend.png", "Legend of the colours, mm", "")?;
     let mut blocks = vec![Block::Text(
         "Each person was scanned with another expression, as a mesh whose triangles are not those of the model, turned and moved at random. The scanner has noise, holes, flying points, errors between its \
@@ -222,13 +223,13 @@ fn errors(scans: &[UnseenScan], fits: &[FaceFit]) -> Result<Section, Error> {
             histogram.svg()?,
             "plots/errors.svg",
             "Histogram of the errors of the fits to scans, at vertices that the scanner saw and at hidden ones",
-            "Errors of the fits to raw scans at all vertices of all unseen faces: those that the scanner saw, and those that it did not. The axis ends where 99 % of either are within it.",
+            "Errors of the fits to raw scans at all vertices of all unseen faces: those that the scanner saw, and those that it did not. The axis ends where 99.5 % of either are within it.",
         ),
         Picture::plot(
             within.svg()?,
             "plots/within.svg",
             "Share of the vertices within each error, for fits to all points, to scans, to landmarks, and for the mean face",
-            "Which share of all vertices is within which error, by what the fit knows.",
+            "Which share of all vertices is within which error, by what the fit knows. The axis ends where 99.5 % of each but the widest are within it.",
         ),
     ];
     Ok(Section { title: "How the errors are spread".into(), blocks: vec![Block::Plots(plots)] })
@@ -270,18 +271,19 @@ fn downloads(model: &Model<'_>, scans: &[UnseenScan], fits: &[FaceFit], figures:
     let mut of_people = Vec::new();
     for (number, (scan, fit)) in scans.iter().zip(fits).enumerate() {
         let (name, person) = (name(number, scan), number + 1);
+        let marks = File::new(format!("{name}_landmarks.txt"), landmarks(scan).into_bytes());
         for (part, mesh, what) in [
             ("scan", &scan.scan.mesh, "the raw scan"),
-            ("fit", &fit.by_scan.mesh, "the fit to it"),
+            ("scan_fit", &fit.by_scan.mesh, "the fit to it"),
             ("truth", &scan.truth, "the true face"),
         ] {
-            let mesh = Mesh { normals: mesh.vertex_normals(), attributes: Vec::new(), ..mesh.clone() };
-            let file = File::glb(format!("meshes/{name}_{part}.glb"), &mesh)?;
-            of_people.push(download(file, format!("person {person}: {what}")));
+            of_people
+                .push(download(File::ply(format!("{name}_{part}.ply"), mesh)?, format!("person {person}: {what}")));
         }
+        of_people.push(download(marks, format!("person {person}: landmarks on the scan")));
     }
-    let text = "Meshes are in metres, as the format asks for; scan, fit and truth of a person lie in one frame. The folder of this page also holds them in \
-        millimetres (PLY), with the landmarks of each scan.";
+    let text = "Meshes of the model (GLB) are in metres, as the format asks for. Those of people (PLY) are in millimetres, as habitus fit takes them; scan, landmarks, fit and truth of a \
+        person lie in one frame. Beside them lie the fits to landmarks alone and to all points.";
     let blocks = vec![Block::Downloads(files), Block::Text(text.into()), Block::Downloads(of_people)];
     Ok(Section { title: "Files".into(), blocks })
 }

@@ -122,8 +122,12 @@ impl Ticks {
         }
         let least = span / most.max(1) as f64;
         let power = 10.0_f64.powi(least.log10().floor() as i32);
-        let step = [1.0, 2.0, 5.0, 10.0].map(|digit| digit * power).into_iter().find(|step| *step >= 0.999 * least);
-        let step = step.unwrap_or(10.0 * power);
+        let steps =
+            [1.0, 2.0, 5.0, 10.0, 20.0].map(|digit| digit * power).into_iter().filter(|step| *step >= 0.999 * least);
+        // Both ends have a number where a step that is not much larger allows it.
+        let meets = |end: f64, step: f64| ((end / step).round() - end / step).abs() < 1e-6;
+        let whole = steps.clone().take(2).find(|step| meets(low, *step) && meets(high, *step));
+        let step = whole.or_else(|| steps.clone().next()).unwrap_or(10.0 * power);
         // A thousandth of a step of slack keeps an end that rounding has pushed out.
         let (first, last) = ((low / step - 1e-3).ceil(), (high / step + 1e-3).floor());
         let count = ((last - first) as usize + 1).min(most + 2);

@@ -22,6 +22,8 @@ pub struct Figure<'a> {
 }
 
 const MARGIN: usize = 16;
+/// Between a picture and the caption of the next one.
+const ROW_GAP: usize = 10;
 const BACKGROUND: [u8; 3] = [255; 3];
 const INK: [u8; 3] = [40, 40, 44];
 
@@ -36,13 +38,15 @@ impl<'a> Figure<'a> {
     pub fn drawn(&self) -> Image {
         let (plain, heading) = (Lettering::Plain, Lettering::Title);
         let columns = self.columns();
-        let row_height = columns.iter().map(|(_, _, size)| size[1]).max().unwrap_or(0);
+        let drawn: Vec<(&str, Image)> =
+            self.rows.iter().map(|(caption, scene)| (caption.as_str(), row(scene, &columns))).collect();
         let pictures_width: usize = columns.iter().map(|(_, _, size)| size[0]).sum();
         let line = |text: bool, style: Lettering| if text { style.height() + 6 } else { 0 };
         let head = MARGIN + line(!self.title.is_empty(), heading);
         let names = line(self.views.iter().any(|(name, _)| !name.is_empty()), plain);
         let caption = line(self.rows.iter().any(|(caption, _)| !caption.is_empty()), plain);
-        let content = names + self.rows.len() * (caption + row_height);
+        let below = if caption > 0 { ROW_GAP } else { 0 };
+        let content = names + drawn.iter().map(|(_, picture)| caption + picture.height + below).sum::<usize>();
         let bar = self.bar.as_ref().map(|bar| bar.drawn((content - names.min(content)).min(420), BACKGROUND));
         let bar_width = bar.as_ref().map_or(0, |bar| bar.width + MARGIN);
         let width = 2 * MARGIN + pictures_width + bar_width;
@@ -58,15 +62,10 @@ impl<'a> Figure<'a> {
             left += size[0];
         }
         let mut top = head + names;
-        for (text, scene) in &self.rows {
+        for (text, picture) in &drawn {
             image.write_text(&plain.shortened(text, pictures_width), plain, MARGIN, top, INK);
-            let scene = Scene { background: BACKGROUND, ..scene.clone() };
-            let mut left = MARGIN;
-            for picture in scene.pictures(&columns) {
-                image.paste(&picture, left, top + caption + (row_height - picture.height) / 2);
-                left += picture.width;
-            }
-            top += caption + row_height;
+            image.paste(picture, MARGIN, top + caption);
+            top += caption + picture.height + below;
         }
         if let Some(bar) = bar {
             image.paste(&bar, MARGIN + pictures_width + MARGIN, head + names);
@@ -84,6 +83,24 @@ impl<'a> Figure<'a> {
         let column = |((_, view), frame): (&(String, View), &Frame)| (*view, *frame, frame.half_size.map(pixels));
         self.views.iter().zip(&own).map(column).collect()
     }
+}
+
+/// The views of a scene side by side, without the lines of pixels above and below that show nothing.
+fn row(scene: &Scene<'_>, columns: &[(View, Frame, [usize; 2])]) -> Image {
+    let scene = Scene { background: BACKGROUND, ..scene.clone() };
+    let height = columns.iter().map(|(_, _, size)| size[1]).max().unwrap_or(0);
+    let width = columns.iter().map(|(_, _, size)| size[0]).sum();
+    let mut image = Image::filled(width, height, BACKGROUND);
+    let mut left = 0;
+    for picture in scene.pictures(columns) {
+        image.paste(&picture, left, (height - picture.height) / 2);
+        left += picture.width;
+    }
+    let shows = |line: &[[u8; 3]]| line.iter().any(|pixel| *pixel != BACKGROUND);
+    let lines = || image.pixels.chunks_exact(width.max(1));
+    let (Some(first), Some(last)) = (lines().position(shows), lines().rposition(shows)) else { return image };
+    let pixels = image.pixels[first * width..(last + 1) * width].to_vec();
+    Image { width, height: last + 1 - first, pixels }
 }
 
 #[cfg(test)]
@@ -129,10 +146,12 @@ mod tests {
             let pixels = rows.flat_map(|row| columns.clone().map(move |column| row * image.width + column));
             pixels.filter(|&pixel| image.pixels[pixel] != BACKGROUND).count()
         };
-        let half = 36 + (image.height - 36 - MARGIN) / 2;
+        // Rows are as high as what they show: half and all of the same scale.
+        let heights = figure.rows.iter().map(|(_, scene)| row(scene, &figure.columns()).height).collect::<Vec<_>>();
+        assert!(2 * heights[0] + 2 >= heights[1] && 2 * heights[0] <= heights[1] + 2 && heights[1] < 90, "{heights:?}");
+        assert!(image.height < 36 + 160 + 90, "{}", image.height);
         assert!(ink(MARGIN..pictures, 8..30) > 50, "title");
-        assert!(3 * ink(MARGIN..pictures, 36..half) < 2 * ink(MARGIN..pictures, half..image.height), "one scale");
-        assert!(ink(pictures + 2 * MARGIN..image.width, 36..half) > 500, "legend");
+        assert!(ink(pictures + 2 * MARGIN..image.width, 36..image.height) > 500, "legend");
     }
 
     #[test]

@@ -1,16 +1,16 @@
 //! The page of a fit: scan, fit and their distance, landmarks by name, weights in standard deviations, files.
 
 use habitus_core::format::{Mode, Model};
-use serde_json::{Value, json};
+use serde_json::Value;
 
-use super::colour_bar::ColourBar;
-use super::fit_shown::FitShown;
+use super::fit_shown::{DISTANCE, FitShown};
 use super::page::{Block, Cell, Download, File, Page, Picture, Section, Strip, Table};
 use super::plot::{Bars, Cumulative, Histogram, Sample};
 use super::portrait::{LINING, Portraits};
 use super::view::View;
 use crate::Error;
 use crate::generate::deviations_of_weights;
+use crate::measure::scan_distance::FARTHEST;
 use crate::mesh::Mesh;
 use crate::register::scan_fit::{ScanFit, ScanFitOptions};
 
@@ -34,6 +34,8 @@ pub struct FitReport<'a> {
     pub options: &'a ScanFitOptions,
     /// The fitted model in the unit and frame of the scan.
     pub fitted: &'a Mesh,
+    /// Both in the frame of the model, with their distance.
+    pub shown: &'a FitShown,
     /// Which landmarks were marked, in the order of the model.
     pub marked: &'a [bool],
     /// Figures of the fit, an object; the page adds its own.
@@ -46,12 +48,12 @@ impl FitReport<'_> {
     /// # Errors
     /// [`Error::Input`] for a scan that is not sound; faults of drawing and writing.
     pub fn page(&self) -> Result<Page, Error> {
-        let shown = FitShown::new(self.fit, self.scan, self.fitted)?;
-        let figures = self.all_figures(&shown);
+        let shown = self.shown;
+        let figures = self.all_figures();
         let json = format!("{figures:#}\n").into_bytes();
         let sections = vec![
-            pictures(&shown)?,
-            self.distances(&shown, &figures)?,
+            pictures(shown)?,
+            self.distances(&figures)?,
             self.landmarks(&figures),
             self.weights(&figures)?,
             self.downloads(json)?,
@@ -59,9 +61,11 @@ impl FitReport<'_> {
         Ok(Page {
             title: format!("{} fitted to {}", self.model_name, self.scan_name),
             lead: vec![format!(
-                "Half of the fitted model's vertices that have a counterpart in the scan are within {:.2} mm of it; {:.0} % of the model's area lies on the scan.",
-                shown.quantile(0.5),
-                100.0 * self.fit.coverage
+                "The {DISTANCE} is {} mm in the median; {:.0} % of the model's area lies on the scan. The landmarks are {:.1} mm from those of the fit \
+                 on average; about 2 mm is usual.",
+                shown.distance.median().map_or("\u{2013}".to_owned(), |median| format!("{median:.2}")),
+                100.0 * self.fit.coverage,
+                self.fit.landmark_residual
             )],
             sections,
             footer: super::made_by(),
@@ -69,16 +73,12 @@ impl FitReport<'_> {
         })
     }
 
-    fn all_figures(&self, shown: &FitShown) -> Value {
+    fn all_figures(&self) -> Value {
         let mut figures = self.figures.clone();
         if let Some(object) = figures.as_object_mut() {
-            let n = shown.sorted.len();
             object.insert("rounds".into(), self.rounds().into());
-            object.insert("vertices".into(), shown.distances.len().into());
-            object.insert("vertices_on_scan".into(), n.into());
-            object.insert("distance_mean_mm".into(), json!(shown.sorted.iter().sum::<f64>() / n.max(1) as f64));
-            object.insert("distance_median_mm".into(), json!(shown.quantile(0.5)));
-            object.insert("distance_95_mm".into(), json!(shown.quantile(0.95)));
+            object.insert("vertices".into(), self.fitted.positions.len().into());
+            object.insert("scan_points".into(), self.scan.positions.len().into());
         }
         figures
     }
@@ -87,44 +87,55 @@ impl FitReport<'_> {
         self.options.n_rounds + if self.options.displacement > 0.0 { self.options.n_fine } else { 0 }
     }
 
-    fn distances(&self, shown: &FitShown, figures: &Value) -> Result<Section, Error> {
+    fn distances(&self, figures: &Value) -> Result<Section, Error> {
         let row =
             |name: &str, pointer: &str, decimals: usize| vec![name.into(), Cell::figure(figures, pointer, decimals)];
         let table = Table {
-            caption: "Distances in mm. A vertex counts as on the scan when its closest point is not on the boundary of the scan.".into(),
+            caption: format!(
+                "From each point of the scan to the surface of the fit. A point counts when its closest point is not on the boundary of the fit and at most {FARTHEST} mm away."
+            ),
+            head: Vec::new(),
+            rows: vec![
+                row(&format!("{DISTANCE}, median, mm"), "scan_distance_median_mm", 3),
+                row("mean, mm", "scan_distance_mean_mm", 3),
+                row("95 % within, mm", "scan_distance_95_mm", 3),
+                row("points of the scan that count", "points_on_fit", 0),
+                row("of all", "scan_points", 0),
+            ],
+        };
+        let how = Table {
+            caption: "The fit.".into(),
             head: Vec::new(),
             rows: vec![
                 row("vertices of the model", "vertices", 0),
-                row("of these on the scan", "vertices_on_scan", 0),
-                row("their distance from the scan, mean", "distance_mean_mm", 3),
-                row("median", "distance_median_mm", 3),
-                row("95 % within", "distance_95_mm", 3),
-                row("median along the normals, of the pairs of the last round", "median_mm", 3),
-                row("robust standard deviation of these", "sigma_mm", 3),
-                row("share of the model's area that has a partner, %", "coverage_percent", 1),
+                row("share of the model's area that has a partner in the scan, %", "coverage_percent", 1),
                 row("points of the scan that took part", "points", 0),
                 row("rounds", "rounds", 0),
+                row("scale of the robust loss at the end, mm", "sigma_mm", 3),
             ],
         };
-        let (x, counted) = ("distance from the scan, mm".to_owned(), "vertices".to_owned());
-        let samples = vec![Sample { name: "fit".into(), values: shown.sorted.clone() }];
+        let (x, counted) = (format!("{DISTANCE}, mm"), "points".to_owned());
+        let samples = vec![Sample { name: "fit".into(), values: self.shown.distance.sorted.clone() }];
         let histogram = Histogram { x: x.clone(), counted: counted.clone(), samples: samples.clone() };
         let cumulative = Cumulative { x, counted, samples };
         let plots = vec![
             Picture::plot(
                 histogram.svg()?,
                 "plots/distances.svg",
-                "Histogram of the distances of the fit's vertices from the scan",
-                "How the distances are spread. The axis ends where 99 % are within it.",
+                "Histogram of the distances of the scan's points from the fit",
+                "How the distances are spread. The axis ends where 99.5 % are within it.",
             ),
             Picture::plot(
                 cumulative.svg()?,
                 "plots/within.svg",
-                "Share of the fit's vertices within each distance from the scan",
-                "Which share of the vertices is within which distance.",
+                "Share of the scan's points within each distance from the fit",
+                "Which share of the points is within which distance; the axis as beside.",
             ),
         ];
-        Ok(Section { title: "Distances".into(), blocks: vec![Block::Plots(plots), Block::Table(table)] })
+        Ok(Section {
+            title: "Distances".into(),
+            blocks: vec![Block::Plots(plots), Block::Table(table), Block::Table(how)],
+        })
     }
 
     /// The marked landmarks with their distances.
@@ -133,11 +144,12 @@ impl FitReport<'_> {
             vec![name.clone().into(), Cell::figure(figures, &format!("landmark_residuals_mm/{place}"), 2)]
         };
         let names = marked_names(self.model, self.marked);
+        let mean = vec!["mean, single far ones counted as 15".into(), Cell::figure(figures, "landmark_residual_mm", 2)];
         let unmarked = self.marked.iter().filter(|marked| !**marked).count();
         let mut blocks = vec![Block::Table(Table {
             caption: "How far each landmark is from that of the fitted model.".into(),
             head: vec!["landmark".into(), "distance, mm".into()],
-            rows: names.iter().enumerate().map(row).collect(),
+            rows: names.iter().enumerate().map(row).chain([mean]).collect(),
         })];
         if unmarked > 0 {
             blocks.push(Block::Text(format!("Landmarks of the model that were not marked: {unmarked}.")));
@@ -198,17 +210,13 @@ pub fn marked_names(model: &Model<'_>, marked: &[bool]) -> Vec<String> {
 
 /// Scan, fit and distance from three sides.
 fn pictures(shown: &FitShown) -> Result<Section, Error> {
-    let colours = shown.colours();
-    let bar = ColourBar { missing_label: "no scan".into(), ..shown.bar("mm") };
+    let map = shown.map()?;
+    let (colours, bar) = (map.colours(), map.bar());
     let mut blocks = Vec::new();
-    let views = &View::NAMED[..3];
-    let all = Portraits::holding_views(
-        &views.iter().map(|(_, view)| *view).collect::<Vec<_>>(),
-        [&shown.fitted],
-        Some(LINING),
-    );
-    for (name, view) in views {
-        let cells = Portraits { view: *view, ..all };
+    let views = View::NAMED.map(|(_, view)| view);
+    let points: Vec<[f64; 3]> = shown.scan_around().chain(shown.fitted.positions.iter().copied()).collect();
+    let all = Portraits::of_views(&views[..3], &points, Some(LINING));
+    for ((name, _), cells) in View::NAMED.iter().zip(all) {
         let file = |what: &str| format!("pictures/{}_{what}.png", name.replace([' ', '-'], "_"));
         let alt = |what: &str| format!("{what}, seen from: {name}");
         let picture = |image, what: &str, caption: &str| Picture::of(&image, file(what), alt(caption), caption);
@@ -216,7 +224,7 @@ fn pictures(shown: &FitShown) -> Result<Section, Error> {
             pictures: vec![
                 picture(cells.clay(&shown.scan), "scan", "scan")?,
                 picture(cells.clay(&shown.fitted), "fit", "fit")?,
-                picture(cells.coloured(&shown.fitted, &colours), "distance", "distance from the scan, mm")?,
+                picture(cells.coloured(&shown.fitted, &colours), "distance", "distance of the scan on the fit, mm")?,
             ],
             legend: Some(
                 picture(cells.legend(&bar), "legend", "")

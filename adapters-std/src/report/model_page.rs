@@ -61,6 +61,14 @@ impl ModelReport<'_> {
             plots.extend(curve_plots(&curves.general, &curves.specific)?);
         }
         let mut blocks = vec![Block::Plots(plots)];
+        if self.curves.is_none() {
+            blocks.push(Block::Text(
+                "Generalization and specificity are not shown. They are measured on training data, which a model file does not hold: models of all faces but one \
+                 are trained and fitted to that one. For them give the data instead of the file, without --no-curves: habitus measure model TENSOR.npy \
+                 --template MESH.ply --report DIR. The error of this model on unseen faces is told with --test DATA."
+                    .into(),
+            ));
+        }
         blocks.extend(self.sizes());
         blocks.extend(self.whole());
         Ok(Section { title: "How good it is".into(), blocks })

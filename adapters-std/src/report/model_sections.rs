@@ -3,7 +3,7 @@
 use habitus_core::format::{Mode, Model};
 use rayon::prelude::*;
 
-use super::modes::{DEVIATIONS, ModeShape, largest_modes, mean_shape};
+use super::modes::{DEVIATIONS, ModeShape, mean_shape, sorted_modes};
 use super::page::{Block, Download, File, Picture, Section, Strip};
 use super::plot::{Curve, CurvePlot, PlotPoint};
 use super::portrait::{LINING, PORTRAIT, Portraits};
@@ -30,9 +30,11 @@ fn name(mode: Mode) -> &'static str {
 /// A model without the statistics of its weights; faults of drawing and writing.
 pub fn modes(model: &Model<'_>) -> Result<Section, Error> {
     let mean = mean_shape(model)?;
-    let shown = [Mode::Identity, Mode::Pose].map(|mode| largest_modes(model, mode, SHOWN).map(|all| (mode, all)));
+    let shown = [Mode::Identity, Mode::Pose].map(|mode| sorted_modes(model, mode).map(|all| (mode, all)));
     let [identity, pose] = shown;
-    let shown = [identity?, pose?];
+    let mut shown = [identity?, pose?];
+    let absent: Vec<String> = shown.iter().filter_map(|(mode, all)| without_first(*mode, all)).collect();
+    shown.iter_mut().for_each(|(_, all)| all.truncate(SHOWN));
     let all = shown.iter().flat_map(|(_, modes)| modes);
     let cells = Portraits::holding(PORTRAIT, all.flat_map(|m| [&m.low, &m.high]).chain([&mean]), Some(LINING));
     let mut mean_picture = Picture::of(&cells.clay(&mean), "pictures/mean.png", "The mean shape", "mean")?;
@@ -42,6 +44,13 @@ pub fn modes(model: &Model<'_>) -> Result<Section, Error> {
         "For each mode the weights that move the surface most, each alone at {DEVIATIONS} standard deviations of the training data below and above \
          its mean. The colours say how far {DEVIATIONS} standard deviations move each point."
     ))];
+    if !absent.is_empty() {
+        blocks.push(Block::Text(format!(
+            "{} The model has no mean of its own: the first weight of each mode stands for it, is nearly the same in all training shapes, and what varies \
+             begins with the second.",
+            absent.join(" ")
+        )));
+    }
     let glb = |file: String, mesh: &Mesh| {
         let normals = if mesh.faces.is_empty() { Vec::new() } else { mesh.vertex_normals() };
         let mesh = Mesh { normals, ..mesh.clone() };
@@ -51,7 +60,7 @@ pub fn modes(model: &Model<'_>) -> Result<Section, Error> {
     for (mode, modes) in &shown {
         let all: Vec<f64> = modes.iter().flat_map(|mode| mode.motion.iter().copied()).collect();
         let scale = ColourScale::sequential(0.0, rounded_up(all.iter().copied().fold(0.0, f64::max)));
-        let bar = ColourBar::of(scale, "mm", &all);
+        let bar = ColourBar::of(scale, "moved by, mm", &all);
         let mode = name(*mode);
         let legend = format!("pictures/{mode}_legend.png");
         let mut legend = Picture::of(&cells.legend(&bar), legend, "Legend of the colours, mm", "")?;
@@ -78,6 +87,16 @@ pub fn modes(model: &Model<'_>) -> Result<Section, Error> {
     }
     blocks.push(Block::Downloads(downloads));
     Ok(Section { title: "What the weights do".into(), blocks })
+}
+
+/// Says so where the first weight of a mode is not among those that are shown.
+fn without_first(mode: Mode, all: &[ModeShape]) -> Option<String> {
+    let place = all.iter().position(|shape| shape.weight == 0).filter(|&place| place >= SHOWN)?;
+    let motion = all.get(place)?.mean_motion;
+    Some(format!(
+        "{} weight 1 is not shown: it moves the surface by only {motion:.1} mm on average.",
+        capitalised(name(mode))
+    ))
 }
 
 fn strip(

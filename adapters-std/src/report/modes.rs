@@ -33,13 +33,13 @@ pub fn mean_shape(model: &Model<'_>) -> Result<Mesh, Error> {
     shape(model, Mode::Identity, &[])
 }
 
-/// The weights of a mode that move the vertices most, at most `count` of them, in the order of how far.
+/// All weights of a mode in the order of how far they move the vertices, the farthest first.
 ///
-/// The first weight of a mode often hardly varies about its mean, which is why size decides and not the number.
+/// The first weight of a mode is nearly the size of the mean shape in every training shape, so it hardly varies: size decides and not the number.
 ///
 /// # Errors
 /// Those of [`weights_from_deviations`].
-pub fn largest_modes(model: &Model<'_>, mode: Mode, count: usize) -> Result<Vec<ModeShape>, Error> {
+pub fn sorted_modes(model: &Model<'_>, mode: Mode) -> Result<Vec<ModeShape>, Error> {
     let dim = match mode {
         Mode::Identity => model.header().identity_dim,
         Mode::Pose => model.header().pose_dim,
@@ -58,7 +58,6 @@ pub fn largest_modes(model: &Model<'_>, mode: Mode, count: usize) -> Result<Vec<
     };
     let mut all = (0..dim as usize).map(of_weight).collect::<Result<Vec<_>, _>>()?;
     all.sort_by(|a, b| b.mean_motion.total_cmp(&a.mean_motion).then(a.weight.cmp(&b.weight)));
-    all.truncate(count);
     Ok(all)
 }
 

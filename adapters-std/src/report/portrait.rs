@@ -29,18 +29,21 @@ pub struct Portraits {
 impl Portraits {
     /// Cells that hold each of these shapes.
     pub fn holding<'a>(view: View, shapes: impl IntoIterator<Item = &'a Mesh>, lining: Option<[u8; 3]>) -> Self {
-        Portraits::holding_views(&[view], shapes, lining)
+        let points: Vec<[f64; 3]> = shapes.into_iter().flat_map(|mesh| mesh.positions.iter().copied()).collect();
+        Portraits::around(view, Frame::holding(points.into_iter(), &[view]), lining)
     }
 
-    /// Cells that hold each of these shapes from each of the views, of which the first is the one that is drawn.
-    pub fn holding_views<'a>(
-        views: &[View],
-        shapes: impl IntoIterator<Item = &'a Mesh>,
-        lining: Option<[u8; 3]>,
-    ) -> Self {
-        let view = views.first().copied().unwrap_or(PORTRAIT);
-        let points: Vec<[f64; 3]> = shapes.into_iter().flat_map(|mesh| mesh.positions.iter().copied()).collect();
-        let frame = Frame::holding(points.into_iter(), views);
+    /// Cells that hold these points, one kind for each of the views: all at one scale and of one size, and in each the points are in the middle.
+    pub fn of_views(views: &[View], points: &[[f64; 3]], lining: Option<[u8; 3]>) -> Vec<Self> {
+        let own: Vec<Frame> =
+            views.iter().map(|view| Frame::holding(points.iter().copied(), std::slice::from_ref(view))).collect();
+        let half =
+            own.iter().fold([0.0_f64; 2], |half, frame| [0, 1].map(|axis| half[axis].max(frame.half_size[axis])));
+        let cell = |(view, frame): (&View, Frame)| Portraits::around(*view, Frame { half_size: half, ..frame }, lining);
+        views.iter().zip(own).map(cell).collect()
+    }
+
+    fn around(view: View, frame: Frame, lining: Option<[u8; 3]>) -> Self {
         let [width, height] = frame.half_size;
         // Cells are at most three times as long as they are wide, whatever is shown.
         let shape = (width / height).clamp(1.0 / 3.0, 3.0);

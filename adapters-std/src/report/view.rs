@@ -58,7 +58,7 @@ pub(super) fn visible(point: [f64; 3]) -> bool {
 }
 
 impl Frame {
-    /// The frame that holds these points in every one of the views. Points that are not finite count for nothing.
+    /// The frame that holds these points in every one of the views, and of a single view has them in its middle. Points that are not finite count for nothing.
     pub fn holding(points: impl Iterator<Item = [f64; 3]> + Clone, views: &[View]) -> Self {
         let points = points.filter(|point| visible(*point));
         let (mut low, mut high) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
@@ -75,6 +75,12 @@ impl Frame {
             reach = 1.0;
         }
         let mut frame = Frame { centre, half_size: [reach; 2], reach };
+        if let [view] = views {
+            // The middle of the box is not that of what is seen of a shape that is turned.
+            for _ in 0..3 {
+                frame.centre = frame.centred(view, points.clone());
+            }
+        }
         let cameras: Vec<Camera> = views.iter().map(|view| Camera::new(view, &frame, [0, 0])).collect();
         let mut half = [0.0_f64; 2];
         for point in points {
@@ -88,6 +94,25 @@ impl Frame {
             frame.half_size = half.map(|half| MARGIN * reach * half.max(0.02));
         }
         frame
+    }
+
+    /// The centre with which as much of the points is seen to the left as to the right, and above as below; nearly so in perspective.
+    fn centred(&self, view: &View, points: impl Iterator<Item = [f64; 3]>) -> [f64; 3] {
+        let camera = Camera::new(view, self, [0, 0]);
+        let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for point in points {
+            let ([x, y, _], weight) = camera.seen(point);
+            let at = [x * weight, y * weight];
+            (low, high) = ([0, 1].map(|axis| low[axis].min(at[axis])), [0, 1].map(|axis| high[axis].max(at[axis])));
+        }
+        let [right, up] = [0, 1].map(|axis| self.reach * (low[axis] / 2.0 + high[axis] / 2.0));
+        let moved: [f64; 3] = std::array::from_fn(|axis| {
+            // The axes of the picture are the first two rows of the turn.
+            let unit: [f64; 3] = std::array::from_fn(|k| f64::from(u8::from(k == axis)));
+            let [x, y, _] = camera.turned(unit);
+            self.centre[axis] + right * x + up * y
+        });
+        if moved.iter().all(|x| x.is_finite()) { moved } else { self.centre }
     }
 }
 
@@ -165,6 +190,23 @@ mod tests {
             for corner in corners.clone() {
                 let ([column, row, _], _) = camera.projected(corner);
                 assert!((0.0..200.0).contains(&column) && (0.0..100.0).contains(&row), "{view:?} {column} {row}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_single_view_has_the_points_in_its_middle() {
+        // Without its rear left edge the box that holds it is not what is seen of it.
+        let corners =
+            (0..8).filter(|k| k & 5 != 1).map(|k| [0, 1, 2].map(|axis| 1000.0 + 3.0 * f64::from(k >> axis & 1)));
+        for view in [View::THREE_QUARTER, View { distance: None, ..View::THREE_QUARTER }, View::SIDE] {
+            let camera = Camera::new(&view, &Frame::holding(corners.clone(), &[view]), [200, 200]);
+            let ends = |axis: usize| {
+                let all = corners.clone().map(|corner| f64::from(camera.projected(corner).0[axis]));
+                all.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
+            };
+            for [low, high] in [ends(0), ends(1)] {
+                assert!((low + high - 200.0).abs() < 1.0 && low > 0.0, "{view:?}: {low} to {high}");
             }
         }
     }

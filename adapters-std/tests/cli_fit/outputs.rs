@@ -135,7 +135,11 @@ fn the_object_is_as_documented() {
     }
     let coverage = object["coverage_percent"].as_f64().expect("a number");
     assert!((50.0..=100.0).contains(&coverage), "{coverage}");
-    assert!(object["median_mm"].as_f64().expect("a number") < 0.6, "{object}");
+    let number = |name: &str| object[name].as_f64().expect("a number");
+    assert!(number("landmark_residual_mm") < 3.0 && number("scan_distance_median_mm") < 0.6, "{object}");
+    assert!(number("scan_distance_median_mm") < number("scan_distance_95_mm"), "{object}");
+    assert!(object["points_on_fit"].as_u64().expect("a count") > 1000, "{object}");
+    assert!(object["judged_median_mm"].as_f64().expect("a number") < 0.6, "{object}");
     assert!(object["points"].as_u64().expect("a count") > 1000, "{object}");
 }
 

@@ -34,7 +34,8 @@ impl Rig {
         let text = std::fs::read_to_string(folder.join("model.json")).map_err(|e| Error::Internal(e.to_string()))?;
         let json: serde_json::Value = serde_json::from_str(&text).map_err(|e| Error::Internal(e.to_string()))?;
         let joints = json["joints"].as_array().cloned().unwrap_or_default();
-        let parents = joints.iter().map(|joint| joint["parent"].as_i64().and_then(|p| usize::try_from(p).ok())).collect();
+        let parents =
+            joints.iter().map(|joint| joint["parent"].as_i64().and_then(|p| usize::try_from(p).ok())).collect();
         let names = joints.iter().map(|joint| joint["name"].as_str().unwrap_or_default().to_owned()).collect();
         let (_, index) = npy::read_u32(folder.join("dec_weight_index.npy"))?;
         let (_, value) = npy::read_f64(folder.join("dec_weight_value.npy"))?;
@@ -136,8 +137,9 @@ pub fn file(data: &Path, dim: usize) -> Result<Vec<u8>, Error> {
     let identity = |d: usize| (0..d * d).map(|k| f64::from(u8::from(k % (d + 1) == 0))).collect();
     source.identity_prior = ModePrior { mean: vec![0.0; dim], scale: vec![1.0; dim], precision: identity(dim) };
     source.identity_spectrum = pca.variances;
-    source.provenance = "GPA and PCA of 400 bodies of the MakeHuman shape space (CC0), as given; the MPFB rig of 31 bones (CC0); \
+    source.provenance =
+        "GPA and PCA of 400 bodies of the MakeHuman shape space (CC0), as given; the MPFB rig of 31 bones (CC0); \
         a developer's model, not posture normalised"
-        .into();
+            .into();
     hab::bytes(&source)
 }

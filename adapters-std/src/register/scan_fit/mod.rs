@@ -37,7 +37,7 @@ use displacement::Displacement;
 use held::Held;
 use problem::{Belief, stepped, widened};
 use sides::boundary_vertices;
-use start::{Start, bilinear, landmark_samples, residuals, rms, spread};
+use start::{Start, bilinear, landmark_samples, residuals, spread};
 use state::Priors;
 use target::Target;
 
@@ -56,9 +56,11 @@ pub struct ScanFit {
     pub vertices: Vec<[f64; 3]>,
     /// Distances of the landmarks from those of the fitted model, mm, for those that were marked.
     pub landmark_residuals: Vec<f64>,
+    /// Their mean, mm, those beyond 15 mm counted as 15; about 2 mm on faces.
+    pub landmark_residual: f64,
     /// Robust standard deviation of the distances along the normals, mm.
     pub sigma: f64,
-    /// Median of these distances' magnitudes, mm.
+    /// Median of these distances' magnitudes at the end, seen from the vertices of the model, mm: by it the result is judged.
     pub median: f64,
     /// Share of the model's area that has a partner in the scan.
     pub coverage: f64,
@@ -174,7 +176,7 @@ pub fn fit_scan_watched(
     if options.refuse {
         let lengths =
             [("identity", identity_energy, state.identity.len()), ("expression", pose_energy, state.pose.len())];
-        judgement::refuse_other_kinds(&agreement, rms(&landmark_residuals), lengths)?;
+        judgement::refuse_other_kinds(&agreement, &landmark_residuals, lengths)?;
     }
     let (inner, unit_mm, centre) = (widened(&state.placement), start.region.unit_mm, start.region.centre);
     let placement = Similarity {
@@ -188,6 +190,7 @@ pub fn fit_scan_watched(
         pose: state.pose,
         placement,
         unit: start.unit,
+        landmark_residual: judgement::robust_mean(&landmark_residuals),
         landmark_residuals,
         sigma,
         median: agreement.median,

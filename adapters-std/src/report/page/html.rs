@@ -151,8 +151,8 @@ fn write_downloads(out: &mut String, downloads: &[Download], size: &dyn Fn(&str)
     out.push_str("</ul>\n");
 }
 
-/// A size in the largest unit in which it is at least one.
-fn bytes(size: u64) -> String {
+/// A size of so many bytes in the largest unit in which it is at least one, such as `16.9 MB`.
+pub fn bytes(size: u64) -> String {
     match size {
         0..1_000 => format!("{size} B"),
         1_000..1_000_000 => format!("{} kB", size.div_ceil(1_000)),

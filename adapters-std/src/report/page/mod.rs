@@ -7,6 +7,7 @@ mod files;
 mod html;
 
 pub use files::File;
+pub use html::bytes;
 
 /// A page with its files.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -39,7 +40,7 @@ pub enum Block {
     Text(String),
     /// Pictures side by side that belong together.
     Strip(Strip),
-    /// Plots, each as wide as the page allows.
+    /// Plots, two side by side where there is room; a single one is as wide as one of two.
     Plots(Vec<Picture>),
     /// Numbers in rows and columns.
     Table(Table),

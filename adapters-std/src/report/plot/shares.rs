@@ -23,10 +23,16 @@ impl Sample {
     }
 }
 
-/// The end of the axis: 99 % of every sample is before it.
+/// The end of the axis: 99.5 % of every sample is before it, and hardly more; of three or more samples the widest may go on, so that it does not press
+/// the others together.
 fn end(samples: &[Vec<f64>]) -> f64 {
-    let reach = samples.iter().filter_map(|sorted| sorted.get((99 * sorted.len()).div_ceil(100).saturating_sub(1)));
-    rounded_up(reach.copied().fold(0.0, f64::max))
+    let last = |sorted: &Vec<f64>| sorted.get((995 * sorted.len()).div_ceil(1000).saturating_sub(1)).copied();
+    let mut reach: Vec<f64> = samples.iter().filter_map(last).collect();
+    reach.sort_by(|a, b| b.total_cmp(a));
+    let reach = reach.get(usize::from(reach.len() > 2)).map_or(0.0, |reach| reach.max(0.0));
+    // A twentieth of the round end above it is a round step.
+    let step = rounded_up(reach) / 20.0;
+    if reach > 0.0 { (reach / step - 1e-9).ceil() * step } else { 1.0 }
 }
 
 /// Steps of a histogram.
@@ -44,7 +50,8 @@ pub struct Histogram {
 }
 
 impl Histogram {
-    /// The plot as the text of an SVG file. The axis ends where 99 % of each sample are within it; what is beyond is not shown.
+    /// The plot as the text of an SVG file. The axis ends where 99.5 % of each sample are within it, of three or more of each but the
+    /// widest; what is beyond is not shown.
     ///
     /// # Errors
     /// [`Error::Internal`] when drawing fails.
@@ -109,7 +116,7 @@ pub struct Cumulative {
 }
 
 impl Cumulative {
-    /// The plot as the text of an SVG file. The axis ends where 99 % of each sample are within it.
+    /// The plot as the text of an SVG file. The axis ends where 99.5 % of each sample are within it, of three or more of each but the widest.
     ///
     /// # Errors
     /// [`Error::Internal`] when drawing fails.
@@ -148,10 +155,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shares_are_of_all_numbers_and_the_end_is_beyond_99_percent() {
+    fn shares_are_of_all_numbers_and_the_end_is_just_beyond_nearly_all() {
         let values: Vec<f64> = (1..=1000).map(|k| f64::from(k) / 100.0).collect();
         assert_eq!(end(&[values.clone(), vec![0.5]]), 10.0);
         assert_eq!(end(&[vec![]]), 1.0);
+        assert_eq!(end(&[vec![1.0], vec![2.0]]), 2.0);
+        assert_eq!(end(&[vec![1.0], vec![9.0], vec![2.0]]), 2.0);
+        // Of one of 200 that is far off nothing is shown, and the axis does not end at 20.
+        let few = |far: f64| (1..=199).map(|k| f64::from(k) * 10.6 / 199.0).chain([far]).collect::<Vec<f64>>();
+        assert!((end(&[few(90.0), vec![0.5]]) - 11.25).abs() < 1e-9, "{}", end(&[few(90.0)]));
         let shares = step_shares(&values, 0.1);
         assert_eq!(shares.len(), STEPS);
         assert!((shares.iter().sum::<f64>() - 39.9).abs() < 1e-9, "{shares:?}");
