@@ -4,7 +4,7 @@ use habitus_core::format::{Mode, Model};
 use habitus_core::generator::{Generator, Weights};
 
 use crate::Error;
-use crate::evaluate::evaluate_parallel;
+use crate::evaluate::evaluate_at_parallel;
 use crate::mesh::Mesh;
 
 /// Weights of a mode from standard deviations: `mean + t * scale`; weights behind the last one given are at the mean.
@@ -60,11 +60,12 @@ pub fn weights_of_expression(model: &Model<'_>, name: &str) -> Result<Vec<f32>, 
 /// Positions of all vertices, mm, xyz after xyz.
 pub fn positions(model: &Model<'_>, identity: &[f32], pose: &[f32]) -> Result<Vec<f32>, Error> {
     let kernel = |error| Error::Kernel { what: "the model cannot be evaluated".into(), error };
-    let generator = model.bilinear().map_err(kernel)?;
+    let generator = model.generator().map_err(kernel)?;
     let n = generator.vertex_count();
+    let mut state = vec![0.0; generator.state_req(false).numbers()];
+    let at = generator.begin(Weights { identity, pose }, false, &mut state).map_err(kernel)?;
     let mut out = vec![0.0; 3 * n];
-    let threads = rayon::current_num_threads();
-    evaluate_parallel(&generator, Weights { identity, pose }, 0..n, &mut out, threads).map_err(kernel)?;
+    evaluate_at_parallel(&generator, at, 0..n, &mut out, rayon::current_num_threads()).map_err(kernel)?;
     Ok(out)
 }
 
