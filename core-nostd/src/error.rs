@@ -116,6 +116,11 @@ pub enum Error {
     },
     /// Points that do not determine a placement: fewer than three, or on a line.
     Degenerate,
+    /// A column of a least-squares problem depends on those before it, to rounding.
+    RankDeficient {
+        /// The column.
+        index: u32,
+    },
     /// The model has no such part, for instance no landmarks.
     Unsupported {
         /// Identifier of the section that would be needed.
@@ -151,6 +156,7 @@ pub enum Code {
     NonPositivePivot = 401,
     NotConverged = 402,
     Degenerate = 403,
+    RankDeficient = 404,
     Unsupported = 501,
 }
 
@@ -179,6 +185,7 @@ impl Error {
             Error::NonPositivePivot { .. } => Code::NonPositivePivot,
             Error::NotConverged { .. } => Code::NotConverged,
             Error::Degenerate => Code::Degenerate,
+            Error::RankDeficient { .. } => Code::RankDeficient,
             Error::Unsupported { .. } => Code::Unsupported,
         }
     }
@@ -194,7 +201,10 @@ impl Error {
             Error::Truncated { needed, found } => [needed, found],
             Error::BadContent { section, index } => [section, index],
             Error::LimitExceeded { found, limit } => [found, limit],
-            Error::NotFinite { index } | Error::BadSample { index } | Error::NonPositivePivot { index } => [index, 0],
+            Error::NotFinite { index }
+            | Error::BadSample { index }
+            | Error::NonPositivePivot { index }
+            | Error::RankDeficient { index } => [index, 0],
             Error::BadOption { option } => [option, 0],
             Error::UnknownVersion { version } => [version, 0],
             Error::BadHeader { offset } => [offset, 0],
@@ -250,6 +260,7 @@ impl fmt::Display for Error {
             Error::NonPositivePivot { index } => write!(f, "the matrix is not positive definite at row {index}"),
             Error::NotConverged { iterations } => write!(f, "no convergence after {iterations} iterations"),
             Error::Degenerate => f.write_str("the points do not determine a placement: fewer than three, or on a line"),
+            Error::RankDeficient { index } => write!(f, "column {index} depends on those before it"),
             Error::Unsupported { section } => write!(f, "the model has no section {section}"),
         }
     }
