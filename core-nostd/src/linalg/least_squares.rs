@@ -150,7 +150,9 @@ mod tests {
             let matrix = DMatrix::from_row_slice(m, n, a);
             let singular = matrix.singular_values();
             let condition = singular[0] / singular[n - 1];
-            prop_assume!(condition < 1e6);
+            if !(condition < 1e6) {
+                return Ok(());
+            }
             let qr = matrix.clone().qr();
             let other = qr.r().solve_upper_triangular(&(qr.q().transpose() * DVector::from_row_slice(b))).unwrap();
             let (mut x, mut order) = (vec![0.0; n], vec![0; if pivoted { n } else { 0 }]);
@@ -171,7 +173,9 @@ mod tests {
             let right = DMatrix::from_fn(rank, n, |k, j| entries[103 - (k * 8 + j)]);
             let product = &left * &right;
             let singular = product.singular_values();
-            prop_assume!(singular[rank - 1] > 1e-4);
+            if !(singular[rank - 1] > 1e-4) {
+                return Ok(());
+            }
             let mut a: std::vec::Vec<f64> = product.transpose().iter().map(|x| x * scale).collect();
             let b = &entries[104..104 + m];
             let mut x = vec![0.0; n];
