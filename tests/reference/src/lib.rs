@@ -12,6 +12,7 @@ pub mod cholesky;
 pub mod eigen;
 pub mod fit;
 pub mod isometry;
+pub mod lbfgsb;
 pub mod levenberg_marquardt;
 pub mod model_file;
 pub mod normal_equations;

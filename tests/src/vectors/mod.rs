@@ -6,6 +6,7 @@
 mod files;
 mod fit;
 mod generator;
+mod lbfgsb;
 mod linalg;
 mod models;
 mod solve;

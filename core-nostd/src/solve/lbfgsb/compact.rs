@@ -130,7 +130,7 @@ impl<'w, R: Real> Compact<'w, R> {
         factor_quasi_definite(self.middle, size, k)
     }
 
-    /// Solves `K z = v` in place of `v`, after [`Compact::factor`].
+    /// Solves `K z = v` in place of `v`, after [`Compact::factor`]: both substitutions subtract by ascending index, the second after the division by D.
     pub(super) fn solve(&self, v: &mut [R]) {
         let size = 2 * self.count;
         for i in 0..size {

@@ -115,7 +115,7 @@ const STRICT_TRIALS: u32 = 10;
 /// that the way to the Cauchy point runs into its bound.
 /// Beside another program (SciPy 1.17's port of the authors' code, 5 pairs, gradient to 1e-8) it takes 53 evaluations for 49, 127 for 108, 348 for 356 in the chained valley of 2, 10, 50 variables
 /// from (-1.2, 1, ...), 37 for 31 with an active bound (test `figures`).
-/// Determinism: all sums in index order. Never ends above its start.
+/// Determinism: all sums from zero, in index order; the order of operations stands beside the parts (`compact.rs`, `step.rs`, `search.rs`). Never ends above its start.
 /// Errors: `DimensionMismatch`, `WorkspaceTooSmall`, `BadOption` (3) for limits that are negative or no numbers and for a history of zero; `BadOption` (0) when a lower bound exceeds its
 /// upper one or is NaN; at the clipped start `NotFinite` with the variable or the gradient's entry that is not finite, or `dim` for the value, and whatever the function returns. Panics: never.
 #[inline]

@@ -51,6 +51,10 @@ impl<R: Real> Place<'_, R> {
     }
 
     /// Algorithm CP: the first minimum of the model along `x - t g`, bent at the bounds.
+    ///
+    /// Order of operations: a break is the room over `|g|`; the slope starts from zero and loses `g g` of the variables that move; the curvature starts as
+    /// `theta |d|^2 - p.(M p)` and is never below eps times its first term. At the next break (the first of equals), where variable b is held:
+    /// `c += dt p`, `f' += dt f'' + g g + theta g z - g (v.c)`, then `f'' -= theta g g + (g + g) (v.p) + g g (v.w)` with `v = M w`, then `p += g w`.
     fn cauchy(
         &self,
         matrix: &Compact<'_, R>,
@@ -118,6 +122,8 @@ impl<R: Real> Place<'_, R> {
 
     /// The direct primal method: the minimum over the free variables, then back along the way from the Cauchy point until it keeps the bounds.
     /// `small.c` is `M c`; the matrix is factored for the free variables.
+    ///
+    /// Order of operations: `r = g + theta z - w.(M c)`, a step is `-(r + w.(K^-1 W^T r) / theta) / theta`, the share the least `room / step`, at most 1.
     fn subspace(
         &self,
         matrix: &Compact<'_, R>,

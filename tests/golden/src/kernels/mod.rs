@@ -3,6 +3,7 @@
 mod files;
 mod fit;
 mod generator;
+mod lbfgsb;
 mod linalg;
 mod solve;
 
@@ -60,6 +61,8 @@ pub(crate) fn case_result<'t, B: Backend>(
         "isometry_triangles_f64" => linalg::triangles::<_, f64>(&mut context),
         "isometry_samples_f32" => linalg::samples::<_, f32>(&mut context),
         "isometry_samples_f64" => linalg::samples::<_, f64>(&mut context),
+        "lbfgsb_f32" => lbfgsb::minimised::<_, f32>(&mut context),
+        "lbfgsb_f64" => lbfgsb::minimised::<_, f64>(&mut context),
         "open" => files::open(&mut context),
         _ => Err(Problem::Kernel),
     };
