@@ -123,6 +123,11 @@ pub enum Error {
         /// What the model has.
         found: u32,
     },
+    /// A column of a least-squares problem depends on those before it, to rounding.
+    RankDeficient {
+        /// The column.
+        index: u32,
+    },
     /// The model has no such part, for instance no landmarks.
     Unsupported {
         /// Identifier of the section that would be needed.
@@ -158,6 +163,7 @@ pub enum Code {
     NonPositivePivot = 401,
     NotConverged = 402,
     Degenerate = 403,
+    RankDeficient = 404,
     Unsupported = 501,
     WrongKind = 502,
 }
@@ -187,6 +193,7 @@ impl Error {
             Error::NonPositivePivot { .. } => Code::NonPositivePivot,
             Error::NotConverged { .. } => Code::NotConverged,
             Error::Degenerate => Code::Degenerate,
+            Error::RankDeficient { .. } => Code::RankDeficient,
             Error::Unsupported { .. } => Code::Unsupported,
             Error::WrongKind { .. } => Code::WrongKind,
         }
@@ -203,7 +210,10 @@ impl Error {
             Error::Truncated { needed, found } => [needed, found],
             Error::BadContent { section, index } => [section, index],
             Error::LimitExceeded { found, limit } => [found, limit],
-            Error::NotFinite { index } | Error::BadSample { index } | Error::NonPositivePivot { index } => [index, 0],
+            Error::NotFinite { index }
+            | Error::BadSample { index }
+            | Error::NonPositivePivot { index }
+            | Error::RankDeficient { index } => [index, 0],
             Error::BadOption { option } => [option, 0],
             Error::UnknownVersion { version } => [version, 0],
             Error::BadHeader { offset } => [offset, 0],
@@ -262,6 +272,7 @@ impl fmt::Display for Error {
             Error::WrongKind { expected, found } => {
                 write!(f, "the function is for models of kind or storage {expected}, this one has {found}")
             }
+            Error::RankDeficient { index } => write!(f, "column {index} depends on those before it"),
             Error::Unsupported { section } => write!(f, "the model has no section {section}"),
         }
     }

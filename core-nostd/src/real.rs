@@ -52,6 +52,9 @@ pub trait Real:
     fn exp(self) -> Self;
     /// Neither NaN nor infinite.
     fn is_finite(self) -> bool;
+    /// The largest power of two that is at most the magnitude; zero for zero, infinity for what is not finite. Dividing by it is exact wherever
+    /// the quotient is a normal number, and leaves `1 <= |x| < 2`.
+    fn binade(self) -> Self;
 
     /// The larger of two numbers; the other one when one is NaN.
     #[allow(clippy::eq_op)]
@@ -67,7 +70,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $abs:ident, $sqrt:ident, $sin:ident, $cos:ident, $exp:ident) => {
+    ($t:ident, $bits:ident, $abs:ident, $sqrt:ident, $sin:ident, $cos:ident, $exp:ident) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -102,9 +105,43 @@ macro_rules! real {
             fn is_finite(self) -> bool {
                 $t::is_finite(self)
             }
+            #[inline]
+            fn binade(self) -> Self {
+                let bits = $t::abs(self).to_bits();
+                let exponent = bits & Self::INFINITY.to_bits();
+                // A subnormal number has no exponent: its highest bit is the power.
+                let highest: $bits = 1 << ($bits::BITS - 1);
+                let top = highest.checked_shr(bits.leading_zeros()).unwrap_or(0);
+                $t::from_bits(if exponent == 0 { top } else { exponent })
+            }
         }
     };
 }
 
-real!(f32, fabsf, sqrtf, sinf, cosf, expf);
-real!(f64, fabs, sqrt, sin, cos, exp);
+real!(f32, u32, fabsf, sqrtf, sinf, cosf, expf);
+real!(f64, u64, fabs, sqrt, sin, cos, exp);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn binades() {
+        for (value, expected) in
+            [(0.0, 0.0), (-0.0, 0.0), (1.0, 1.0), (-1.75, 1.0), (3.999, 2.0), (0.3, 0.25), (f64::MAX, 2f64.powi(1023))]
+        {
+            assert_eq!(Real::binade(value), expected);
+        }
+        assert_eq!(Real::binade(f64::NEG_INFINITY), f64::INFINITY);
+        for exponent in -149..128 {
+            let power = if exponent < -126 {
+                f32::from_bits(1 << (exponent + 149))
+            } else {
+                f32::from_bits(((exponent + 127) as u32) << 23)
+            };
+            let below_next = f32::from_bits((power * 2.0).to_bits() - 1);
+            assert_eq!(Real::binade(power), power);
+            assert_eq!(Real::binade(if exponent == 127 { f32::MAX } else { below_next }), power);
+        }
+    }
+}

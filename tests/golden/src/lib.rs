@@ -9,7 +9,7 @@
 //! | `models.txt` | model files, used by the others |
 //! | `generator.txt` | evaluation by ranges, derivatives, prepared forms |
 //! | `fit.txt` | normal equations, priors, fits |
-//! | `solve.txt` | Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt |
+//! | `solve.txt` | Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt; QR, least squares, 3 x 3 SVD, measures of isometry, L-BFGS-B |
 //! | `files.txt` | what model files hold, and what is refused |
 #![no_std]
 #![forbid(unsafe_code)]

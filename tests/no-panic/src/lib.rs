@@ -17,6 +17,7 @@ mod error;
 mod fit;
 mod format;
 mod generator;
+mod isometry;
 mod linalg;
 mod memory;
 mod rotation;

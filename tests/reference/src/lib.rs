@@ -11,6 +11,8 @@ pub mod bilinear;
 pub mod cholesky;
 pub mod eigen;
 pub mod fit;
+pub mod isometry;
+pub mod lbfgsb;
 pub mod levenberg_marquardt;
 pub mod model_file;
 pub mod normal_equations;
@@ -18,6 +20,8 @@ pub mod number;
 pub mod placement;
 pub mod prior;
 pub mod procrustes;
+pub mod qr;
+pub mod svd3;
 
 /// What a kernel refuses: code of the error and its two numbers (zero where it has fewer).
 pub type Refusal = [u32; 3];

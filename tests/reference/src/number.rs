@@ -63,6 +63,23 @@ macro_rules! number {
 number!(f32, sqrtf, sinf, expf, "{:08x}");
 number!(f64, sqrt, sin, exp, "{:016x}");
 
+/// The largest power of two that is at most a magnitude; zero for zero.
+pub fn binade<R: Number>(magnitude: R) -> R {
+    let (one, two) = (R::of(1.0), R::of(2.0));
+    if !(magnitude > R::of(0.0)) {
+        return magnitude;
+    }
+    let mut power = one;
+    while power > magnitude {
+        power = power / two;
+    }
+    // Halved, so that nothing overflows.
+    while power <= magnitude / two {
+        power = power * two;
+    }
+    power
+}
+
 /// The larger of two numbers that are not NaN.
 pub fn larger<R: Number>(a: R, b: R) -> R {
     if a > b { a } else { b }

@@ -6,6 +6,8 @@
 mod files;
 mod fit;
 mod generator;
+mod lbfgsb;
+mod linalg;
 mod models;
 mod solve;
 mod stream;
