@@ -1,5 +1,7 @@
 //! Which vertices of a block a kernel works on: all sixteen side by side, or one. A kernel that is written once for both gives both the same bits.
 
+use core::hint::black_box;
+
 use super::block::{RawBlock, lane_of_raw};
 use super::{Block, LANES, NUMBERS};
 use crate::quantise::Term;
@@ -18,6 +20,8 @@ pub trait Lanes<const N: usize>: Copy {
     fn zero<T: Term>() -> Self::Sum<T>;
     fn add_to<T: Term>(self, term: T, sum: Self::Sum<T>, weight: f32) -> Self::Sum<T>;
     fn total<T: Term>(sum: Self::Sum<T>) -> Axes<N>;
+    /// The same values, which the compiler knows nothing of.
+    fn settled(values: Axes<N>) -> Axes<N>;
     fn term<T: Term>(self, term: T) -> Axes<N>;
     fn raw(self, raw: &RawBlock) -> Axes<N>;
     fn block(self, block: &Block) -> Axes<N>;
@@ -43,7 +47,13 @@ impl Lanes<LANES> for Whole {
 
     #[inline(always)]
     fn total<T: Term>(sum: T::Sum) -> Axes<LANES> {
-        T::total(sum).axes
+        Self::settled(T::total(sum).axes)
+    }
+
+    /// Through memory: otherwise LLVM keeps the sums in the order in which a later kernel wants the lanes, and shuffles every term into it.
+    #[inline(always)]
+    fn settled(values: Axes<LANES>) -> Axes<LANES> {
+        *black_box(&values)
     }
 
     #[inline(always)]
@@ -91,6 +101,11 @@ impl Lanes<1> for One {
     #[inline(always)]
     fn total<T: Term>(sum: T::LaneSum) -> Axes<1> {
         T::lane_total(sum).map(|value| [value])
+    }
+
+    #[inline(always)]
+    fn settled(values: Axes<1>) -> Axes<1> {
+        values
     }
 
     #[inline(always)]

@@ -5,7 +5,7 @@ use super::rest::Rest;
 use super::{At, Block, Generator, LANES, NUMBERS, Weights};
 use crate::skeleton::{JointMode, Posed, Skeleton};
 pub use crate::skinning::Blend;
-use crate::skinning::dual_quaternion::{self, Screw, lane_of, signed_weights};
+use crate::skinning::dual_quaternion::{self, Screws, signed_weights};
 use crate::skinning::linear_blend::{self, arm, moved, turn_about, turned};
 use crate::skinning::{Holds, Influences};
 use crate::workspace::Requirement;
@@ -153,9 +153,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     ) -> Axes<N> {
         match self.blend {
             Blend::Linear => linear_blend::blended(lanes, holds, state.motions, rest),
-            Blend::DualQuaternion => {
-                screwed(&dual_quaternion::blended(lanes, holds, state.duals), rest, Screw::applied)
-            }
+            Blend::DualQuaternion => Screws::of(&dual_quaternion::blended(lanes, holds, state.duals)).applied(rest),
         }
     }
 
@@ -188,9 +186,9 @@ impl<'a, R: Rest> Skinned<'a, R> {
                 Blended::Rotations(linear_blend::blended_rotations(lanes, holds, state.motions))
             }
             Blend::DualQuaternion => {
-                let blend = dual_quaternion::blended(lanes, holds, state.duals);
-                self.turn_dual(lanes, holds, &state, &blend, [&rest, &value], columns);
-                Blended::Duals(blend)
+                let screws = Screws::of(&dual_quaternion::blended(lanes, holds, state.duals));
+                self.turn_dual(lanes, holds, &state, &screws, [&rest, &value], columns);
+                Blended::Duals(screws)
             }
         };
         self.rest.components(lanes, block, |column, component| columns.set(column, blend.by_rest(&component)));
@@ -236,20 +234,15 @@ impl<'a, R: Rest> Skinned<'a, R> {
         lanes: L,
         holds: Holds<'a>,
         state: &State<'_>,
-        blend: &dual_quaternion::Dual<N>,
-        [rest, value]: [&Axes<N>; 2],
+        screws: &Screws<N>,
+        shapes: [&Axes<N>; 2],
         columns: &mut (impl Columns<N> + ?Sized),
     ) {
         signed_weights(lanes, holds, state.duals, |joint, motion, weights| {
             self.ancestors(joint, state, |anchor, axes, first| {
                 for (k, axis) in axes.iter().enumerate() {
-                    let (turn, dual) = dual_quaternion::turned_by(*axis, anchor, motion);
-                    let mut change = [[0.0; N]; 3];
-                    for (lane, weight) in weights.iter().enumerate() {
-                        let screw = Screw::of(blend, lane);
-                        let (turn, dual) = (turn.map(|part| weight * part), dual.map(|part| weight * part));
-                        put(&mut change, lane, screw.by_blend(lane_of(rest, lane), lane_of(value, lane), turn, dual));
-                    }
+                    let change = dual_quaternion::turned_by(*axis, anchor, motion);
+                    let change = screws.by_blend(shapes, change, &weights);
                     add(columns, first + k, change);
                 }
             });
@@ -308,7 +301,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
 /// The blend of each vertex.
 enum Blended<const N: usize> {
     Rotations([[f32; N]; 9]),
-    Duals(dual_quaternion::Dual<N>),
+    Duals(Screws<N>),
 }
 
 impl<const N: usize> Blended<N> {
@@ -317,7 +310,7 @@ impl<const N: usize> Blended<N> {
     fn by_rest(&self, change: &Axes<N>) -> Axes<N> {
         match self {
             Blended::Rotations(rotations) => turned(rotations, change),
-            Blended::Duals(duals) => screwed(duals, change, Screw::by_point),
+            Blended::Duals(screws) => screws.by_point(change),
         }
     }
 
@@ -326,11 +319,9 @@ impl<const N: usize> Blended<N> {
     fn by_shift(&self, shift: [f32; 3], motion: Option<&[f32; 8]>, weights: &[f32; N]) -> Axes<N> {
         let mut out = [[0.0; N]; 3];
         match (self, motion) {
-            (Blended::Duals(duals), Some(motion)) => {
+            (Blended::Duals(screws), Some(motion)) => {
                 let dual = crate::rotation::quaternion::dual_part([motion[0], motion[1], motion[2], motion[3]], shift);
-                for (lane, weight) in weights.iter().enumerate() {
-                    put(&mut out, lane, Screw::of(duals, lane).by_dual(dual.map(|part| weight * part)));
-                }
+                out = screws.by_dual(dual, weights);
             }
             _ => {
                 for (out, shift) in out.iter_mut().zip(shift) {
@@ -341,29 +332,6 @@ impl<const N: usize> Blended<N> {
             }
         }
         out
-    }
-}
-
-/// A map of each vertex by its own screw.
-#[inline(always)]
-fn screwed<const N: usize>(
-    blend: &dual_quaternion::Dual<N>,
-    vertices: &Axes<N>,
-    map: impl Fn(&Screw, [f32; 3]) -> [f32; 3],
-) -> Axes<N> {
-    let mut out = [[0.0; N]; 3];
-    for lane in 0..N {
-        put(&mut out, lane, map(&Screw::of(blend, lane), lane_of(vertices, lane)));
-    }
-    out
-}
-
-#[inline(always)]
-fn put<const N: usize>(axes: &mut Axes<N>, lane: usize, value: [f32; 3]) {
-    for (axis, value) in axes.iter_mut().zip(value) {
-        if let Some(to) = axis.get_mut(lane) {
-            *to = value;
-        }
     }
 }
 

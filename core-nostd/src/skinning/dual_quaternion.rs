@@ -66,99 +66,133 @@ pub(crate) fn blended<const N: usize, L: Lanes<N>>(lanes: L, holds: Holds<'_>, m
     sum
 }
 
-/// One vertex of a blend, ready to move points.
-#[derive(Clone, Copy)]
-pub(crate) struct Screw {
-    w: f32,
-    u: [f32; 3],
-    d: f32,
-    e: [f32; 3],
-    square: f32,
-    inverse: f32,
+/// One number of several vertices.
+type Numbers<const N: usize> = [f32; N];
+
+/// The blends of several vertices, ready to move points.
+pub(crate) struct Screws<const N: usize> {
+    w: Numbers<N>,
+    u: Axes<N>,
+    d: Numbers<N>,
+    e: Axes<N>,
+    square: Numbers<N>,
+    inverse: Numbers<N>,
 }
 
-impl Screw {
-    /// Lane `lane` of a blend. A vertex that nothing holds (padding) is left where `0 v` is.
+impl<const N: usize> Screws<N> {
+    /// A vertex that nothing holds (padding) is moved to the origin.
     #[inline(always)]
-    pub(crate) fn of<const N: usize>(blend: &Dual<N>, lane: usize) -> Self {
-        let part = |k: usize| blend.get(k).and_then(|part: &[f32; N]| part.get(lane)).copied().unwrap_or(0.0);
-        let (w, u) = (part(0), [part(1), part(2), part(3)]);
-        let imaginary = dot(u, u);
-        let norm = w * w + imaginary;
-        let inverse = if norm > 0.0 { 1.0 / norm } else { 0.0 };
-        Screw { w, u, d: part(4), e: [part(5), part(6), part(7)], square: w * w - imaginary, inverse }
+    pub(crate) fn of(blend: &Dual<N>) -> Self {
+        let [w, x, y, z, d, a, b, c] = *blend;
+        let u = [x, y, z];
+        let imaginary = dot(&u, &u);
+        let norm = each::<N>(|l| w[l] * w[l] + imaginary[l]);
+        let inverse = each::<N>(|l| if norm[l] > 0.0 { 1.0 / norm[l] } else { 0.0 });
+        Screws { w, u, d, e: [a, b, c], square: each::<N>(|l| w[l] * w[l] - imaginary[l]), inverse }
     }
 
     /// `r v r*`, not divided: `((w^2 - u.u) v + 2 (u.v) u) + 2 w (u x v)`.
     #[inline(always)]
-    fn turned(&self, v: [f32; 3]) -> [f32; 3] {
-        let along = 2.0 * dot(self.u, v);
-        let double = 2.0 * self.w;
-        let side = cross(self.u, v);
-        combine([(self.square, v), (along, self.u), (double, side)])
+    fn turned(&self, v: &Axes<N>) -> Axes<N> {
+        let along = twice(&dot(&self.u, v));
+        combine([(&self.square, v), (&along, &self.u), (&twice(&self.w), &cross(&self.u, v))])
     }
 
     /// `2 d r*`, not divided: `2 ((w e - d u) + u x e)`.
     #[inline(always)]
-    fn shift(&self, d: f32, e: [f32; 3]) -> [f32; 3] {
-        combine([(2.0 * self.w, e), (-2.0 * d, self.u), (2.0, cross(self.u, e))])
+    fn shift(&self, d: &Numbers<N>, e: &Axes<N>) -> Axes<N> {
+        let back = each::<N>(|l| -2.0 * d[l]);
+        combine([(&twice(&self.w), e), (&back, &self.u), (&[2.0; N], &cross(&self.u, e))])
     }
 
-    /// Where a point goes.
     #[inline(always)]
-    pub(crate) fn applied(&self, v: [f32; 3]) -> [f32; 3] {
-        let (turned, shift) = (self.turned(v), self.shift(self.d, self.e));
-        [0, 1, 2].map(|axis| (turned[axis] + shift[axis]) * self.inverse)
+    fn divided(&self, vectors: Axes<N>) -> Axes<N> {
+        vectors.map(|axis| each::<N>(|l| axis[l] * self.inverse[l]))
     }
 
-    /// Derivative of the position by a change of the point.
+    /// Where points go.
     #[inline(always)]
-    pub(crate) fn by_point(&self, dv: [f32; 3]) -> [f32; 3] {
-        self.turned(dv).map(|value| value * self.inverse)
+    pub(crate) fn applied(&self, v: &Axes<N>) -> Axes<N> {
+        self.divided(sum(&self.turned(v), &self.shift(&self.d, &self.e)))
     }
 
-    /// Derivative of the position by a change of the dual part.
+    /// Derivative of the positions by a change of the points.
     #[inline(always)]
-    pub(crate) fn by_dual(&self, [d, e @ ..]: [f32; 4]) -> [f32; 3] {
-        self.shift(d, e).map(|value| value * self.inverse)
+    pub(crate) fn by_point(&self, change: &Axes<N>) -> Axes<N> {
+        self.divided(self.turned(change))
     }
 
-    /// Derivative of the position `x` of a point `v` by a change of rotation and dual part.
+    /// Derivative of the positions by a change of the dual parts: of one dual part, weighted for each vertex.
     #[inline(always)]
-    pub(crate) fn by_blend(&self, v: [f32; 3], x: [f32; 3], r: [f32; 4], d: [f32; 4]) -> [f32; 3] {
-        let ([dw, du @ ..], [dd, de @ ..]) = (r, d);
-        let square = 2.0 * (self.w * dw - dot(self.u, du));
-        let norm = 2.0 * (self.w * dw + dot(self.u, du));
-        let (along, change) = (2.0 * dot(self.u, v), 2.0 * dot(du, v));
-        let turned = combine([(square, v), (change, self.u), (along, du)]);
-        let sides = combine([(2.0 * dw, cross(self.u, v)), (2.0 * self.w, cross(du, v)), (2.0 * dw, self.e)]);
-        let dual = combine([(2.0 * self.w, de), (-2.0 * dd, self.u), (-2.0 * self.d, du)]);
-        let rest = combine([(2.0, cross(du, self.e)), (2.0, cross(self.u, de)), (-norm, x)]);
-        [0, 1, 2].map(|axis| (turned[axis] + sides[axis] + dual[axis] + rest[axis]) * self.inverse)
+    pub(crate) fn by_dual(&self, dual: [f32; 4], weights: &Numbers<N>) -> Axes<N> {
+        let [d, e @ ..] = dual.map(|part| each::<N>(|l| weights[l] * part));
+        self.divided(self.shift(&d, &e))
     }
+
+    /// Derivative of the positions `x` of points `v` by a change of rotation and dual part, weighted for each vertex.
+    #[inline(always)]
+    pub(crate) fn by_blend(
+        &self,
+        [v, x]: [&Axes<N>; 2],
+        (turn, dual): ([f32; 4], [f32; 4]),
+        weights: &Numbers<N>,
+    ) -> Axes<N> {
+        let [dw, du @ ..] = turn.map(|part| each::<N>(|l| weights[l] * part));
+        let [dd, de @ ..] = dual.map(|part| each::<N>(|l| weights[l] * part));
+        let (real, imaginary) = (each::<N>(|l| self.w[l] * dw[l]), dot(&self.u, &du));
+        let square = each::<N>(|l| 2.0 * (real[l] - imaginary[l]));
+        let norm = each::<N>(|l| -2.0 * (real[l] + imaginary[l]));
+        let (along, change) = (twice(&dot(&self.u, v)), twice(&dot(&du, v)));
+        let (twice_w, twice_dw) = (twice(&self.w), twice(&dw));
+        let turned = combine([(&square, v), (&change, &self.u), (&along, &du)]);
+        let sides = combine([(&twice_dw, &cross(&self.u, v)), (&twice_w, &cross(&du, v)), (&twice_dw, &self.e)]);
+        let (back, back_d) = (each::<N>(|l| -2.0 * dd[l]), each::<N>(|l| -2.0 * self.d[l]));
+        let duals = combine([(&twice_w, &de), (&back, &self.u), (&back_d, &du)]);
+        let rest = combine([(&[2.0; N], &cross(&du, &self.e)), (&[2.0; N], &cross(&self.u, &de)), (&norm, x)]);
+        self.divided(sum(&sum(&sum(&turned, &sides), &duals), &rest))
+    }
+}
+
+/// One number for each lane.
+#[inline(always)]
+fn each<const N: usize>(number: impl Fn(usize) -> f32) -> Numbers<N> {
+    core::array::from_fn(number)
+}
+
+#[inline(always)]
+fn twice<const N: usize>(numbers: &Numbers<N>) -> Numbers<N> {
+    each::<N>(|l| 2.0 * numbers[l])
+}
+
+#[inline(always)]
+fn sum<const N: usize>([a, b, c]: &Axes<N>, [x, y, z]: &Axes<N>) -> Axes<N> {
+    [each::<N>(|l| a[l] + x[l]), each::<N>(|l| b[l] + y[l]), each::<N>(|l| c[l] + z[l])]
 }
 
 /// Sum of three scaled vectors, from the left.
 #[inline(always)]
-fn combine([(a, p), (b, q), (c, r)]: [(f32, [f32; 3]); 3]) -> [f32; 3] {
-    [0, 1, 2].map(|axis| a * p[axis] + b * q[axis] + c * r[axis])
+fn combine<const N: usize>([(a, p), (b, q), (c, r)]: [(&Numbers<N>, &Axes<N>); 3]) -> Axes<N> {
+    [0, 1, 2].map(|axis: usize| each::<N>(|l| a[l] * p[axis][l] + b[l] * q[axis][l] + c[l] * r[axis][l]))
 }
 
 #[inline(always)]
-fn dot([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> f32 {
-    a * x + b * y + c * z
+fn dot<const N: usize>([a, b, c]: &Axes<N>, [x, y, z]: &Axes<N>) -> Numbers<N> {
+    each::<N>(|l| a[l] * x[l] + b[l] * y[l] + c[l] * z[l])
 }
 
 #[inline(always)]
-pub(crate) fn cross([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+fn cross<const N: usize>([a, b, c]: &Axes<N>, [x, y, z]: &Axes<N>) -> Axes<N> {
+    [
+        each::<N>(|l| b[l] * z[l] - c[l] * y[l]),
+        each::<N>(|l| c[l] * x[l] - a[l] * z[l]),
+        each::<N>(|l| a[l] * y[l] - b[l] * x[l]),
+    ]
+}
+
+/// `a x b` of one vector.
+#[inline(always)]
+fn cross_one([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
     [b * z - c * y, c * x - a * z, a * y - b * x]
-}
-
-/// Lane `lane` of several vertices.
-#[inline(always)]
-pub(crate) fn lane_of<const N: usize>(axes: &Axes<N>, lane: usize) -> [f32; 3] {
-    let [x, y, z] = axes;
-    [x, y, z].map(|axis| axis.get(lane).copied().unwrap_or(0.0))
 }
 
 /// The change of a joint's motion by a turn about an axis through an anchor: `1/2 ((0, a) + eps (0, -a x p)) q`.
@@ -166,7 +200,7 @@ pub(crate) fn lane_of<const N: usize>(axes: &Axes<N>, lane: usize) -> [f32; 3] {
 pub(crate) fn turned_by(axis: [f32; 3], anchor: [f32; 3], motion: &[f32; 8]) -> ([f32; 4], [f32; 4]) {
     use crate::rotation::quaternion::quaternion_product;
     let half = axis.map(|value| 0.5 * value);
-    let [x, y, z] = cross(anchor, half);
+    let [x, y, z] = cross_one(anchor, half);
     let rotation = [motion[0], motion[1], motion[2], motion[3]];
     let dual = [motion[4], motion[5], motion[6], motion[7]];
     let turn = [0.0, half[0], half[1], half[2]];
