@@ -27,6 +27,7 @@ pub mod rotation;
 pub mod solve;
 #[cfg(test)]
 mod testing;
+pub mod wavelet;
 pub mod workspace;
 
 pub use error::{Code, Error};
