@@ -21,6 +21,7 @@ mod linalg;
 mod memory;
 mod rotation;
 mod solve;
+mod wavelet;
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
