@@ -31,6 +31,7 @@ pub mod skinning;
 pub mod solve;
 #[cfg(test)]
 mod testing;
+pub mod wavelet;
 pub mod workspace;
 
 pub use error::{Code, Error};

@@ -22,6 +22,7 @@ mod linalg;
 mod memory;
 mod rotation;
 mod solve;
+mod wavelet;
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
