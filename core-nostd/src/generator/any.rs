@@ -104,4 +104,20 @@ impl Generator for AnyGenerator<'_> {
     ) -> Result<(), Error> {
         each!(self, generator => generator.linearise_at(at, blocks, values, jacobian))
     }
+
+    fn gradient_req(&self) -> Requirement {
+        each!(self, generator => generator.gradient_req())
+    }
+
+    /// One choice for all vertices.
+    #[inline(always)]
+    fn gradient_at(
+        &self,
+        at: At<'_>,
+        vertex_gradients: &[f32],
+        gradient: &mut [f32],
+        workspace: &mut [f32],
+    ) -> Result<(), Error> {
+        each!(self, generator => generator.gradient_at(at, vertex_gradients, gradient, workspace))
+    }
 }

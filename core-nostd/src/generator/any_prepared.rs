@@ -170,4 +170,20 @@ impl Generator for AnyPrepared<'_, '_> {
     ) -> Result<(), Error> {
         each!(self, form => form.linearise_at(at, blocks, values, jacobian))
     }
+
+    fn gradient_req(&self) -> Requirement {
+        each!(self, form => form.gradient_req())
+    }
+
+    /// One choice for all vertices.
+    #[inline(always)]
+    fn gradient_at(
+        &self,
+        at: At<'_>,
+        vertex_gradients: &[f32],
+        gradient: &mut [f32],
+        workspace: &mut [f32],
+    ) -> Result<(), Error> {
+        each!(self, form => form.gradient_at(at, vertex_gradients, gradient, workspace))
+    }
 }

@@ -2,7 +2,8 @@
 
 use super::lanes::{Axes, Columns, Lanes, One, Whole};
 use super::rest::Rest;
-use super::{At, Block, Generator, LANES, NUMBERS, Weights};
+use super::{At, Block, Generator, LANES, NUMBERS, Weights, gradient};
+use crate::Error;
 use crate::skeleton::{JointMode, Posed, Skeleton};
 pub use crate::skinning::Blend;
 use crate::skinning::dual_quaternion::{self, Screws, signed_weights};
@@ -36,15 +37,15 @@ pub struct Skinned<'a, R> {
 }
 
 /// The state, carved.
-struct State<'s> {
-    motions: &'s [[f32; 12]],
-    duals: &'s [[f32; 8]],
-    corrections: &'s [f32],
-    first_angles: &'s [f32],
-    anchors: &'s [[f32; 3]],
-    axes: &'s [[f32; 3]],
-    correction_slopes: &'s [[f32; CORRECTIONS]],
-    shifts: &'s [[f32; 3]],
+pub(super) struct State<'s> {
+    pub(super) motions: &'s [[f32; 12]],
+    pub(super) duals: &'s [[f32; 8]],
+    pub(super) corrections: &'s [f32],
+    pub(super) first_angles: &'s [f32],
+    pub(super) anchors: &'s [[f32; 3]],
+    pub(super) axes: &'s [[f32; 3]],
+    pub(super) correction_slopes: &'s [[f32; CORRECTIONS]],
+    pub(super) shifts: &'s [[f32; 3]],
 }
 
 impl<'a, R: Rest> Skinned<'a, R> {
@@ -117,7 +118,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     }
 
     #[inline(always)]
-    fn state<'s>(&self, at: At<'s>) -> State<'s> {
+    pub(super) fn state<'s>(&self, at: At<'s>) -> State<'s> {
         let mut rest = at.state;
         let mut parts = self.sizes(at.derivatives).map(|numbers| {
             let (part, behind) = rest.split_at_checked(numbers).unwrap_or_default();
@@ -405,5 +406,23 @@ impl<R: Rest> Generator for Skinned<'_, R> {
 
     fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
         Some(self.linearised(One(vertex % LANES), at, vertex / LANES, jacobian)?.map(|[value]| value))
+    }
+
+    fn gradient_req(&self) -> Requirement {
+        if self.has_wrenches() { self.wrench_req() } else { gradient::by_jacobian_req(self.dim()) }
+    }
+
+    #[inline(always)]
+    fn gradient_at(
+        &self,
+        at: At<'_>,
+        vertex_gradients: &[f32],
+        gradient: &mut [f32],
+        workspace: &mut [f32],
+    ) -> Result<(), Error> {
+        if self.has_wrenches() {
+            return self.by_wrenches(at, vertex_gradients, gradient, workspace);
+        }
+        gradient::by_jacobian(self, at, vertex_gradients, gradient, workspace)
     }
 }
