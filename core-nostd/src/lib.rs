@@ -20,6 +20,7 @@ mod error;
 pub mod fit;
 pub mod format;
 pub mod generator;
+mod interop;
 pub mod isometry;
 pub mod linalg;
 pub mod prior;

@@ -1,7 +1,9 @@
 //! `f32` and `f64` behind one sealed trait: the only door to elementary functions.
 //!
 //! They come from `libm` on every target, so that a host, a browser and a Cortex-M compute the same bits. The methods of
-//! `std` are not available here by construction (`no_std`).
+//! `std` are not available here by construction (`no_std`). With the feature `fast-math` sine, cosine and exponential of `f32` come from
+//! `micromath` instead: a fraction of the time on a Cortex-M, errors as `docs/numerics.md` tables them, and bits that promise nothing. Square roots stay
+//! exact.
 
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -70,7 +72,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $bits:ident, $abs:ident, $sqrt:ident, $sin:ident, $cos:ident, $exp:ident) => {
+    ($t:ident, $bits:ident, $abs:path, $sqrt:path, $sin:path, $cos:path, $exp:path) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -83,23 +85,23 @@ macro_rules! real {
             }
             #[inline]
             fn abs(self) -> Self {
-                libm::$abs(self)
+                $abs(self)
             }
             #[inline]
             fn sqrt(self) -> Self {
-                libm::$sqrt(self)
+                $sqrt(self)
             }
             #[inline]
             fn sin(self) -> Self {
-                libm::$sin(self)
+                $sin(self)
             }
             #[inline]
             fn cos(self) -> Self {
-                libm::$cos(self)
+                $cos(self)
             }
             #[inline]
             fn exp(self) -> Self {
-                libm::$exp(self)
+                $exp(self)
             }
             #[inline]
             fn is_finite(self) -> bool {
@@ -118,12 +120,53 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, fabsf, sqrtf, sinf, cosf, expf);
-real!(f64, u64, fabs, sqrt, sin, cos, exp);
+/// Sine, cosine and exponential of `f32`: `libm`, or with `fast-math` `micromath`.
+mod single {
+    #[cfg(feature = "fast-math")]
+    pub(super) fn sinf(x: f32) -> f32 {
+        micromath::F32(x).sin().0
+    }
+
+    #[cfg(feature = "fast-math")]
+    pub(super) fn cosf(x: f32) -> f32 {
+        micromath::F32(x).cos().0
+    }
+
+    #[cfg(feature = "fast-math")]
+    pub(super) fn expf(x: f32) -> f32 {
+        micromath::F32(x).exp().0
+    }
+
+    #[cfg(not(feature = "fast-math"))]
+    pub(super) use libm::{cosf, expf, sinf};
+}
+
+real!(f32, u32, libm::fabsf, libm::sqrtf, single::sinf, single::cosf, single::expf);
+real!(f64, u64, libm::fabs, libm::sqrt, libm::sin, libm::cos, libm::exp);
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Largest errors of micromath against f64, as docs/numerics.md tables them (`cargo test -p habitus-core --features fast-math fast -- --nocapture`).
+    #[cfg(feature = "fast-math")]
+    #[test]
+    fn fast_functions_err_by_what_the_table_says() {
+        let grid = |low: f64, high: f64| (0..=100_000).map(move |k| (low + (high - low) * f64::from(k) / 1e5) as f32);
+        let largest = |errors: &mut dyn Iterator<Item = f64>| errors.fold(0.0f64, f64::max);
+        let pi = core::f64::consts::PI;
+        for (range, limit) in [(pi, 1.2e-3), (100.0, 1.2e-3)] {
+            let sine = largest(&mut grid(-range, range).map(|x| (f64::from(Real::sin(x)) - f64::from(x).sin()).abs()));
+            let cosine =
+                largest(&mut grid(-range, range).map(|x| (f64::from(Real::cos(x)) - f64::from(x).cos()).abs()));
+            std::println!("to {range:.2} rad: sine {sine:.1e}, cosine {cosine:.1e}");
+            assert!(sine < limit && cosine < limit);
+        }
+        let exponential = grid(-10.0, 10.0).map(|x| (f64::from(Real::exp(x)) / f64::from(x).exp() - 1.0).abs());
+        let exponential = largest(&mut exponential.into_iter());
+        std::println!("exponential, -10..10: relative {exponential:.1e}");
+        assert!(exponential < 3e-3);
+    }
 
     #[test]
     fn binades() {

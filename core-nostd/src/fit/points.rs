@@ -99,6 +99,8 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
         return Err(Error::NotFinite { index: 0 });
     };
 
+    #[cfg(feature = "log")]
+    log::debug!("fit: {} samples, {identity_dim} + {pose_dim} weights", samples.len());
     let weights_dim = identity_dim + pose_dim;
     let all = weights_dim + options.frame.dim();
     let mut pieces = Workspace::new(workspace);
@@ -126,6 +128,8 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
     for (to, &from) in identity.iter_mut().chain(pose.iter_mut()).zip(x.iter()) {
         *to = from;
     }
+    #[cfg(feature = "log")]
+    log::debug!("fit: {:?} after {} iterations, energy {}", outcome.status, outcome.iterations, outcome.energy);
     Ok(FitReport {
         rms: libm::sqrtf(problem.distances / total_weight),
         energy: outcome.energy,
