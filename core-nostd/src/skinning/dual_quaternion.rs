@@ -108,7 +108,8 @@ impl Screw {
     #[inline(always)]
     pub(crate) fn applied(&self, v: [f32; 3]) -> [f32; 3] {
         let (turned, shift) = (self.turned(v), self.shift(self.d, self.e));
-        [0, 1, 2].map(|axis| (turned[axis] + shift[axis]) * self.inverse)
+        let ([a, b, c], [x, y, z]) = (turned, shift);
+        [(a + x) * self.inverse, (b + y) * self.inverse, (c + z) * self.inverse]
     }
 
     /// Derivative of the position by a change of the point.
@@ -134,14 +135,17 @@ impl Screw {
         let sides = combine([(2.0 * dw, cross(self.u, v)), (2.0 * self.w, cross(du, v)), (2.0 * dw, self.e)]);
         let dual = combine([(2.0 * self.w, de), (-2.0 * dd, self.u), (-2.0 * self.d, du)]);
         let rest = combine([(2.0, cross(du, self.e)), (2.0, cross(self.u, de)), (-norm, x)]);
-        [0, 1, 2].map(|axis| (turned[axis] + sides[axis] + dual[axis] + rest[axis]) * self.inverse)
+        let ([a, b, c], [d, e, f], [g, h, i], [j, k, l]) = (turned, sides, dual, rest);
+        [a + d + g + j, b + e + h + k, c + f + i + l].map(|sum| sum * self.inverse)
     }
 }
 
 /// Sum of three scaled vectors, from the left.
 #[inline(always)]
 fn combine([(a, p), (b, q), (c, r)]: [(f32, [f32; 3]); 3]) -> [f32; 3] {
-    [0, 1, 2].map(|axis| a * p[axis] + b * q[axis] + c * r[axis])
+    // By name: where a closure over an index is not inlined, its bounds are checked.
+    let ([px, py, pz], [qx, qy, qz], [rx, ry, rz]) = (p, q, r);
+    [a * px + b * qx + c * rx, a * py + b * qy + c * ry, a * pz + b * qz + c * rz]
 }
 
 #[inline(always)]
@@ -172,6 +176,7 @@ pub(crate) fn turned_by(axis: [f32; 3], anchor: [f32; 3], motion: &[f32; 8]) -> 
     let turn = [0.0, half[0], half[1], half[2]];
     let by_turn = quaternion_product(turn, dual);
     let by_shift = quaternion_product([0.0, x, y, z], rotation);
-    let sum = [0, 1, 2, 3].map(|k| by_turn[k] + by_shift[k]);
-    (quaternion_product(turn, rotation), sum)
+    // By name: where a closure over an index is not inlined, its bounds are checked.
+    let ([a, b, c, d], [e, f, g, h]) = (by_turn, by_shift);
+    (quaternion_product(turn, rotation), [a + e, b + f, c + g, d + h])
 }
