@@ -7,8 +7,8 @@ use std::path::PathBuf;
 /// Most that the fitted face may be away from the known one, millimetres: landmarks without noise and gentle priors leave less.
 const CLOSE: f32 = 0.2;
 
-/// Most that the posture found may leave between vertices, millimetres: ten landmarks on rings of four vertices do not determine a limb's twist well.
-const CLOSE_POSTURE: f32 = 5.0;
+/// Most that the posture found may leave between vertices, millimetres: landmarks without noise determine it.
+const CLOSE_POSTURE: f32 = 0.5;
 
 /// One of the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
