@@ -38,7 +38,7 @@ impl<'a> Shape<'a> {
             return Ok(Shape { opened, form: None });
         }
         // SAFETY: the caller's promise.
-        let form = unsafe { formed(arguments, 2, prepared)? };
+        let form = &unsafe { formed(arguments, 2, prepared)? }.form;
         // A form of some of the blocks, or of another model, has other vertices.
         length(2, opened.generator.vertex_count(), form.vertex_count())?;
         let free_dim = match form.free() {

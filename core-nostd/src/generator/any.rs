@@ -7,10 +7,12 @@ use core::ops::Range;
 
 use super::bilinear::Bilinear;
 use super::linear::Linear;
-use super::skinned::Skinned;
+use super::skinned::{Blend, Skinned};
 use super::{At, Block, Generator, NUMBERS, Weights};
 use crate::Error;
+use crate::format::{Kind, SectionId};
 use crate::quantise::{F16, F32, I8};
+use crate::skeleton::{JointMode, Skeleton};
 use crate::workspace::Requirement;
 
 /// The generator of an opened model, see [`Model::generator`](crate::format::Model::generator). The bits are those of the kind's own type.
@@ -44,6 +46,73 @@ macro_rules! each {
             AnyGenerator::SkinnedI8($generator) => $call,
         }
     };
+}
+
+/// Calls a method of the body that it is.
+macro_rules! skinned {
+    ($self:expr, $body:ident => $call:expr, $other:expr) => {
+        match $self {
+            AnyGenerator::SkinnedF32($body) => $call,
+            AnyGenerator::SkinnedF16($body) => $call,
+            AnyGenerator::SkinnedI8($body) => $call,
+            _ => $other,
+        }
+    };
+}
+
+impl<'a> AnyGenerator<'a> {
+    /// The skeleton of a body; `None` for other kinds.
+    pub fn skeleton(&self) -> Option<&Skeleton<'a>> {
+        skinned!(self, body => Some(body.skeleton()), None)
+    }
+
+    /// How a body blends motions; `None` for other kinds.
+    pub fn blend(&self) -> Option<Blend> {
+        skinned!(self, body => Some(body.blend()), None)
+    }
+
+    /// Whether the joints of a body follow the identity; `None` for other kinds.
+    pub fn joints(&self) -> Option<JointMode> {
+        skinned!(self, body => Some(body.joints()), None)
+    }
+
+    /// Blends motions in another way from now on, see [`Skinned::with_blend`].
+    ///
+    /// Errors: `WrongKind` for other kinds than bodies.
+    pub fn set_blend(&mut self, blend: Blend) -> Result<(), Error> {
+        skinned!(self, body => *body = body.with_blend(blend), return Err(self.is_no_body()));
+        Ok(())
+    }
+
+    /// Lets joints follow the identity or stay from now on, see [`Skinned::with_joints`].
+    ///
+    /// Errors: `WrongKind` for other kinds than bodies; `Unsupported` when the file does not know how joints follow the identity.
+    pub fn set_joints(&mut self, joints: JointMode) -> Result<(), Error> {
+        let regressed = self.skeleton().is_none_or(Skeleton::is_regressed);
+        if joints == JointMode::Regressed && !regressed {
+            return Err(Error::Unsupported { section: SectionId::JointBasis as u32 });
+        }
+        skinned!(self, body => *body = body.with_joints(joints), return Err(self.is_no_body()));
+        Ok(())
+    }
+
+    /// Where a joint of a body stands, see [`Skinned::joint_position`]; `None` for other kinds and other joints.
+    pub fn joint_position(&self, at: At<'_>, joint: usize) -> Option<[f32; 3]> {
+        skinned!(self, body => body.joint_position(at, joint), None)
+    }
+
+    /// The kind that it is.
+    pub fn kind(&self) -> Kind {
+        match self {
+            AnyGenerator::BilinearF32(_) | AnyGenerator::BilinearF16(_) | AnyGenerator::BilinearI8(_) => Kind::Bilinear,
+            AnyGenerator::LinearF32(_) | AnyGenerator::LinearF16(_) | AnyGenerator::LinearI8(_) => Kind::Linear,
+            AnyGenerator::SkinnedF32(_) | AnyGenerator::SkinnedF16(_) | AnyGenerator::SkinnedI8(_) => Kind::Skinned,
+        }
+    }
+
+    fn is_no_body(&self) -> Error {
+        Error::WrongKind { expected: Kind::Skinned as u32, found: self.kind() as u32 }
+    }
 }
 
 impl Generator for AnyGenerator<'_> {

@@ -98,6 +98,31 @@ impl AnyPrepared<'_, '_> {
             _ => Mode::Pose,
         }
     }
+
+    /// Number of joints of a body whose identity is fixed; 0 for other forms, which have none.
+    pub fn n_joints(&self) -> usize {
+        match self {
+            AnyPrepared::Columns(_) => 0,
+            AnyPrepared::SkinnedF32(body) => body.skeleton().n_joints(),
+            AnyPrepared::SkinnedF16(body) => body.skeleton().n_joints(),
+            AnyPrepared::SkinnedI8(body) => body.skeleton().n_joints(),
+        }
+    }
+
+    /// Where a joint stands, see [`Skinned::joint_position`](super::skinned::Skinned::joint_position); `None` for forms without joints.
+    pub fn joint_position(&self, at: At<'_>, joint: usize) -> Option<[f32; 3]> {
+        match self {
+            AnyPrepared::Columns(_) => None,
+            AnyPrepared::SkinnedF32(body) => body.joint_position(at, joint),
+            AnyPrepared::SkinnedF16(body) => body.joint_position(at, joint),
+            AnyPrepared::SkinnedI8(body) => body.joint_position(at, joint),
+        }
+    }
+
+    /// The form reads the model's file, and not its own workspace alone.
+    pub fn reads_file(&self) -> bool {
+        !matches!(self, AnyPrepared::Columns(_))
+    }
 }
 
 /// Calls a method of the form that it is.

@@ -48,7 +48,7 @@ impl<R: Rest> Skinned<'_, R> {
                     continue;
                 };
                 let weights = super::lanes::Lanes::weights(Whole, weights);
-                let force = of_block.map(|axis| core::array::from_fn(|lane| weights[lane] * axis[lane]));
+                let force = of_block.map(|axis| weighted(&weights, axis));
                 add_wrench(wrench, &moved(motion, &rest), &force);
             }
             if dim > 0 {
@@ -110,28 +110,44 @@ impl<R: Rest> Skinned<'_, R> {
     }
 }
 
+/// `omega f` of each lane.
+#[inline(always)]
+fn weighted(weights: &Lane, mut force: Lane) -> Lane {
+    for (force, weight) in force.iter_mut().zip(weights) {
+        *force *= weight;
+    }
+    force
+}
+
 /// Adds a force at points: `F += f`, `T += x x f`.
 #[inline(always)]
 fn add_wrench(wrench: &mut Wrench, [x, y, z]: &Axes<LANES>, [fx, fy, fz]: &Axes<LANES>) {
     let [sx, sy, sz, tx, ty, tz] = wrench;
-    for lane in 0..LANES {
-        sx[lane] += fx[lane];
-        sy[lane] += fy[lane];
-        sz[lane] += fz[lane];
-        tx[lane] += y[lane] * fz[lane] - z[lane] * fy[lane];
-        ty[lane] += z[lane] * fx[lane] - x[lane] * fz[lane];
-        tz[lane] += x[lane] * fy[lane] - y[lane] * fx[lane];
+    for (sum, force) in [(sx, fx), (sy, fy), (sz, fz)] {
+        for (sum, force) in sum.iter_mut().zip(force) {
+            *sum += force;
+        }
+    }
+    for (torque, (a, fb), (b, fa)) in [(tx, (y, fz), (z, fy)), (ty, (z, fx), (x, fz)), (tz, (x, fy), (y, fx))] {
+        let lanes = a.iter().zip(fb).zip(b.iter().zip(fa));
+        for (torque, ((a, fb), (b, fa))) in torque.iter_mut().zip(lanes) {
+            *torque += a * fb - b * fa;
+        }
     }
 }
 
 /// `B^T g`.
 #[inline(always)]
 fn turned_back([a, b, c, d, e, f, g, h, i]: &[Lane; 9], [x, y, z]: &Axes<LANES>) -> Axes<LANES> {
-    [
-        core::array::from_fn(|l| a[l] * x[l] + d[l] * y[l] + g[l] * z[l]),
-        core::array::from_fn(|l| b[l] * x[l] + e[l] * y[l] + h[l] * z[l]),
-        core::array::from_fn(|l| c[l] * x[l] + f[l] * y[l] + i[l] * z[l]),
-    ]
+    let row = |a: &Lane, d: &Lane, g: &Lane| {
+        let mut out = [0.0; LANES];
+        let lanes = a.iter().zip(x).zip(d.iter().zip(y)).zip(g.iter().zip(z));
+        for (out, (((a, x), (d, y)), (g, z))) in out.iter_mut().zip(lanes) {
+            *out = a * x + d * y + g * z;
+        }
+        out
+    };
+    [row(a, d, g), row(b, e, h), row(c, f, i)]
 }
 
 /// The way that the gradient of a body takes.

@@ -101,8 +101,13 @@ impl<'a> Terms for ByteTerms<'a> {
 
     #[inline(always)]
     fn groups(self, count: usize) -> impl Iterator<Item = Self> {
-        let groups = self.values.chunks_exact(count.max(1)).zip(self.ranges.chunks_exact(count.max(1)));
-        groups.map(|(values, ranges)| ByteTerms { values, ranges })
+        // Not `chunks_exact` zipped: a `zip` that is not inlined divides by the sizes, which may be zero as far as it knows.
+        let mut rest = self;
+        core::iter::from_fn(move || {
+            let (group, behind) = rest.split_at(count.max(1))?;
+            rest = behind;
+            Some(group)
+        })
     }
 }
 

@@ -86,9 +86,9 @@ impl<const N: usize> Screws<N> {
         let [w, x, y, z, d, a, b, c] = *blend;
         let u = [x, y, z];
         let imaginary = dot(&u, &u);
-        let norm = each::<N>(|l| w[l] * w[l] + imaginary[l]);
-        let inverse = each::<N>(|l| if norm[l] > 0.0 { 1.0 / norm[l] } else { 0.0 });
-        Screws { w, u, d, e: [a, b, c], square: each::<N>(|l| w[l] * w[l] - imaginary[l]), inverse }
+        let norm = each::<N>(|l| at(&w, l) * at(&w, l) + at(&imaginary, l));
+        let inverse = each::<N>(|l| if at(&norm, l) > 0.0 { 1.0 / at(&norm, l) } else { 0.0 });
+        Screws { w, u, d, e: [a, b, c], square: each::<N>(|l| at(&w, l) * at(&w, l) - at(&imaginary, l)), inverse }
     }
 
     /// `r v r*`, not divided: `((w^2 - u.u) v + 2 (u.v) u) + 2 w (u x v)`.
@@ -101,13 +101,13 @@ impl<const N: usize> Screws<N> {
     /// `2 d r*`, not divided: `2 ((w e - d u) + u x e)`.
     #[inline(always)]
     fn shift(&self, d: &Numbers<N>, e: &Axes<N>) -> Axes<N> {
-        let back = each::<N>(|l| -2.0 * d[l]);
+        let back = each::<N>(|l| -2.0 * at(d, l));
         combine([(&twice(&self.w), e), (&back, &self.u), (&[2.0; N], &cross(&self.u, e))])
     }
 
     #[inline(always)]
     fn divided(&self, vectors: Axes<N>) -> Axes<N> {
-        vectors.map(|axis| each::<N>(|l| axis[l] * self.inverse[l]))
+        vectors.map(|axis| each::<N>(|l| at(&axis, l) * at(&self.inverse, l)))
     }
 
     /// Where points go.
@@ -125,7 +125,7 @@ impl<const N: usize> Screws<N> {
     /// Derivative of the positions by a change of the dual parts: of one dual part, weighted for each vertex.
     #[inline(always)]
     pub(crate) fn by_dual(&self, dual: [f32; 4], weights: &Numbers<N>) -> Axes<N> {
-        let [d, e @ ..] = dual.map(|part| each::<N>(|l| weights[l] * part));
+        let [d, e @ ..] = dual.map(|part| each::<N>(|l| at(weights, l) * part));
         self.divided(self.shift(&d, &e))
     }
 
@@ -137,20 +137,26 @@ impl<const N: usize> Screws<N> {
         (turn, dual): ([f32; 4], [f32; 4]),
         weights: &Numbers<N>,
     ) -> Axes<N> {
-        let [dw, du @ ..] = turn.map(|part| each::<N>(|l| weights[l] * part));
-        let [dd, de @ ..] = dual.map(|part| each::<N>(|l| weights[l] * part));
-        let (real, imaginary) = (each::<N>(|l| self.w[l] * dw[l]), dot(&self.u, &du));
-        let square = each::<N>(|l| 2.0 * (real[l] - imaginary[l]));
-        let norm = each::<N>(|l| -2.0 * (real[l] + imaginary[l]));
+        let [dw, du @ ..] = turn.map(|part| each::<N>(|l| at(weights, l) * part));
+        let [dd, de @ ..] = dual.map(|part| each::<N>(|l| at(weights, l) * part));
+        let (real, imaginary) = (each::<N>(|l| at(&self.w, l) * at(&dw, l)), dot(&self.u, &du));
+        let square = each::<N>(|l| 2.0 * (at(&real, l) - at(&imaginary, l)));
+        let norm = each::<N>(|l| -2.0 * (at(&real, l) + at(&imaginary, l)));
         let (along, change) = (twice(&dot(&self.u, v)), twice(&dot(&du, v)));
         let (twice_w, twice_dw) = (twice(&self.w), twice(&dw));
         let turned = combine([(&square, v), (&change, &self.u), (&along, &du)]);
         let sides = combine([(&twice_dw, &cross(&self.u, v)), (&twice_w, &cross(&du, v)), (&twice_dw, &self.e)]);
-        let (back, back_d) = (each::<N>(|l| -2.0 * dd[l]), each::<N>(|l| -2.0 * self.d[l]));
+        let (back, back_d) = (each::<N>(|l| -2.0 * at(&dd, l)), each::<N>(|l| -2.0 * at(&self.d, l)));
         let duals = combine([(&twice_w, &de), (&back, &self.u), (&back_d, &du)]);
         let rest = combine([(&[2.0; N], &cross(&du, &self.e)), (&[2.0; N], &cross(&self.u, &de)), (&norm, x)]);
         self.divided(sum(&sum(&sum(&turned, &sides), &duals), &rest))
     }
+}
+
+/// A lane, without a check that could fail where this is not inlined.
+#[inline(always)]
+fn at<const N: usize>(numbers: &Numbers<N>, lane: usize) -> f32 {
+    numbers.get(lane).copied().unwrap_or(0.0)
 }
 
 /// One number for each lane.
@@ -161,31 +167,36 @@ fn each<const N: usize>(number: impl Fn(usize) -> f32) -> Numbers<N> {
 
 #[inline(always)]
 fn twice<const N: usize>(numbers: &Numbers<N>) -> Numbers<N> {
-    each::<N>(|l| 2.0 * numbers[l])
+    each::<N>(|l| 2.0 * at(numbers, l))
 }
 
 #[inline(always)]
 fn sum<const N: usize>([a, b, c]: &Axes<N>, [x, y, z]: &Axes<N>) -> Axes<N> {
-    [each::<N>(|l| a[l] + x[l]), each::<N>(|l| b[l] + y[l]), each::<N>(|l| c[l] + z[l])]
+    [each::<N>(|l| at(a, l) + at(x, l)), each::<N>(|l| at(b, l) + at(y, l)), each::<N>(|l| at(c, l) + at(z, l))]
 }
 
 /// Sum of three scaled vectors, from the left.
 #[inline(always)]
 fn combine<const N: usize>([(a, p), (b, q), (c, r)]: [(&Numbers<N>, &Axes<N>); 3]) -> Axes<N> {
-    [0, 1, 2].map(|axis: usize| each::<N>(|l| a[l] * p[axis][l] + b[l] * q[axis][l] + c[l] * r[axis][l]))
+    // By name: where a closure over an index is not inlined, its bounds are checked.
+    let ([px, py, pz], [qx, qy, qz], [rx, ry, rz]) = (p, q, r);
+    let axis = |p: &Numbers<N>, q: &Numbers<N>, r: &Numbers<N>| {
+        each::<N>(|l| at(a, l) * at(p, l) + at(b, l) * at(q, l) + at(c, l) * at(r, l))
+    };
+    [axis(px, qx, rx), axis(py, qy, ry), axis(pz, qz, rz)]
 }
 
 #[inline(always)]
 fn dot<const N: usize>([a, b, c]: &Axes<N>, [x, y, z]: &Axes<N>) -> Numbers<N> {
-    each::<N>(|l| a[l] * x[l] + b[l] * y[l] + c[l] * z[l])
+    each::<N>(|l| at(a, l) * at(x, l) + at(b, l) * at(y, l) + at(c, l) * at(z, l))
 }
 
 #[inline(always)]
 fn cross<const N: usize>([a, b, c]: &Axes<N>, [x, y, z]: &Axes<N>) -> Axes<N> {
     [
-        each::<N>(|l| b[l] * z[l] - c[l] * y[l]),
-        each::<N>(|l| c[l] * x[l] - a[l] * z[l]),
-        each::<N>(|l| a[l] * y[l] - b[l] * x[l]),
+        each::<N>(|l| at(b, l) * at(z, l) - at(c, l) * at(y, l)),
+        each::<N>(|l| at(c, l) * at(x, l) - at(a, l) * at(z, l)),
+        each::<N>(|l| at(a, l) * at(y, l) - at(b, l) * at(x, l)),
     ]
 }
 
@@ -206,6 +217,6 @@ pub(crate) fn turned_by(axis: [f32; 3], anchor: [f32; 3], motion: &[f32; 8]) -> 
     let turn = [0.0, half[0], half[1], half[2]];
     let by_turn = quaternion_product(turn, dual);
     let by_shift = quaternion_product([0.0, x, y, z], rotation);
-    let sum = [0, 1, 2, 3].map(|k| by_turn[k] + by_shift[k]);
-    (quaternion_product(turn, rotation), sum)
+    let ([a, b, c, d], [e, f, g, h]) = (by_turn, by_shift);
+    (quaternion_product(turn, rotation), [a + e, b + f, c + g, d + h])
 }

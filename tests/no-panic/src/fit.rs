@@ -6,7 +6,7 @@ use habitus_core::fit::{
     FitOptions, FitReport, Frame, Sample, SurfacePoint, fit_landmarks, fit_landmarks_req, fit_points, fit_points_req,
     normal_equations, normal_equations_req,
 };
-use habitus_core::format::{Gaussian, Mode, Model};
+use habitus_core::format::{Mode, Model};
 use habitus_core::generator::{Generator, Weights};
 use habitus_core::prior::Prior;
 use habitus_core::rotation::similarity::Similarity;
@@ -37,8 +37,11 @@ fn frame(number: u32) -> Frame {
     }
 }
 
-fn prior<'a>(number: u32, gaussian: Option<Gaussian<'a>>, factor: f32) -> Prior<'a> {
-    match (number, gaussian) {
+fn prior<'a>(number: u32, model: &Model<'a>, mode: Mode, factor: f32) -> Prior<'a> {
+    if let (3, Some((lower, upper))) = (number, model.pose_bounds()) {
+        return Prior::Bounds(lower, upper);
+    }
+    match (number, model.gaussian(mode)) {
         (1, Some(gaussian)) => Prior::Gaussian(gaussian, factor),
         (2, Some(gaussian)) => Prior::Box(gaussian, factor),
         _ => Prior::None,
@@ -49,8 +52,8 @@ fn options<'a>(problem: &Problem, model: &Model<'a>) -> FitOptions<'a> {
     FitOptions {
         frame: frame(problem.frame),
         place: problem.place,
-        identity_prior: prior(problem.prior, model.gaussian(Mode::Identity), problem.factor),
-        pose_prior: prior(problem.prior, model.gaussian(Mode::Pose), problem.factor),
+        identity_prior: prior(problem.prior, model, Mode::Identity, problem.factor),
+        pose_prior: prior(problem.prior, model, Mode::Pose, problem.factor),
         noise: problem.factor,
         limits: Limits { max_iterations: problem.max_iterations, ..Limits::default() },
     }

@@ -5,7 +5,7 @@ use core::ops::Range;
 use habitus_core::Error;
 use habitus_core::format::{Mode, Model};
 use habitus_core::generator::prepared::{Prepared, prepared_req};
-use habitus_core::generator::{Block, Generator, NUMBERS, Weights};
+use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 
 #[unsafe(no_mangle)]
 unsafe extern "C" fn check_evaluate(
@@ -68,23 +68,31 @@ unsafe extern "C" fn check_of_numbers(
     status(run())
 }
 
-/// Everything that takes weights unchecked, with weights of any length.
+/// Everything that trusts an evaluation to be the generator's own, with one that another model of any kind has begun.
 #[unsafe(no_mangle)]
 unsafe extern "C" fn check_unchecked(
     bytes: Input<u8>,
+    other: Input<u8>,
     identity: Input<f32>,
     pose: Input<f32>,
-    at: usize,
+    derivatives: bool,
+    index: usize,
     jacobian: Output<f32>,
     numbers: Output<f32>,
+    state: Output<f32>,
 ) -> i32 {
     // SAFETY: the caller's promise.
-    let (bytes, identity, pose) = unsafe { (bytes.slice(), identity.slice(), pose.slice()) };
+    let (bytes, other, identity, pose) = unsafe { (bytes.slice(), other.slice(), identity.slice(), pose.slice()) };
     // SAFETY: the caller's promise.
-    let (jacobian, numbers) = unsafe { (jacobian.slice(), numbers.slice()) };
+    let (jacobian, numbers, state) = unsafe { (jacobian.slice(), numbers.slice(), state.slice()) };
     let mut run = || {
-        let generator = Model::open(bytes)?.bilinear()?;
-        unchecked(&generator, Weights { identity, pose }, at, jacobian, numbers);
+        let (generator, other) = (Model::open(bytes)?.generator()?, Model::open(other)?.generator()?);
+        let at = other.begin(Weights { identity, pose }, derivatives, state)?;
+        unchecked(&generator, at, index, jacobian, numbers);
+        let joint = generator.joint_position(at, index).unwrap_or_default();
+        for (to, value) in numbers.iter_mut().zip(joint) {
+            *to += value;
+        }
         Ok::<(), Error>(())
     };
     status(run())
@@ -129,18 +137,18 @@ fn prepared(
         Mode::Identity => Weights { identity: free, pose: &[] },
         Mode::Pose => Weights { identity: &[], pose: free },
     };
-    unchecked(&generator, weights, blocks.end, jacobian, numbers);
+    unchecked(&generator, generator.begin(weights, true, &mut [])?, blocks.end, jacobian, numbers);
     generator.evaluate(weights, blocks, numbers)
 }
 
-fn unchecked(generator: &impl Generator, weights: Weights<'_>, at: usize, jacobian: &mut [f32], numbers: &mut [f32]) {
+fn unchecked(generator: &impl Generator, at: At<'_>, index: usize, jacobian: &mut [f32], numbers: &mut [f32]) {
     let columns = jacobian.as_chunks_mut::<NUMBERS>().0;
-    let mut sum = generator.block_unchecked(weights, at).unwrap_or(Block::ZERO).lane(at);
-    let linearised = generator.linearised_block_unchecked(weights, at, columns).unwrap_or(Block::ZERO);
-    let vertex = generator.vertex_unchecked(weights, at).unwrap_or_default();
+    let mut sum = generator.block_unchecked(at, index).unwrap_or(Block::ZERO).lane(index);
+    let linearised = generator.linearised_block_unchecked(at, index, columns).unwrap_or(Block::ZERO);
+    let vertex = generator.vertex_unchecked(at, index).unwrap_or_default();
     let columns = jacobian.as_chunks_mut::<3>().0;
-    let linearised_vertex = generator.linearised_vertex_unchecked(weights, at, columns).unwrap_or_default();
-    for values in [linearised.lane(at), vertex, linearised_vertex] {
+    let linearised_vertex = generator.linearised_vertex_unchecked(at, index, columns).unwrap_or_default();
+    for values in [linearised.lane(index), vertex, linearised_vertex] {
         for (sum, value) in sum.iter_mut().zip(values) {
             *sum += value;
         }
