@@ -112,6 +112,18 @@ dispatched! {
 }
 
 dispatched! {
+    /// [`Generator::evaluate_batch_at`] on one thread.
+    pub fn evaluate_batch_at['a, G: Generator]['a, G](
+        generator: &'a G,
+        ats: &'a [At<'a>],
+        vertices: Range<usize>,
+        out: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate_batch_at(ats, vertices, out)
+    }
+}
+
+dispatched! {
     /// [`Generator::linearise_at`] on one thread.
     pub fn linearise_at['a, G: Generator]['a, G](
         generator: &'a G,

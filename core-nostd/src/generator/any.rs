@@ -158,8 +158,8 @@ impl Generator for AnyGenerator<'_> {
 
     /// One choice for the whole range.
     #[inline(always)]
-    fn evaluate_at(&self, at: At<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
-        each!(self, generator => generator.evaluate_at(at, vertices, out))
+    fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
+        each!(self, generator => generator.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.

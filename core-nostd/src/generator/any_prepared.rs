@@ -180,8 +180,8 @@ impl Generator for AnyPrepared<'_, '_> {
 
     /// One choice for the whole range.
     #[inline(always)]
-    fn evaluate_at(&self, at: At<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
-        each!(self, form => form.evaluate_at(at, vertices, out))
+    fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
+        each!(self, form => form.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.

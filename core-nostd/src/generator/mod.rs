@@ -157,7 +157,18 @@ pub trait Generator {
     /// Errors: `DimensionMismatch`, `IndexOutOfRange`. Panics: never.
     #[inline(always)]
     fn evaluate_at(&self, at: At<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
-        self.state_req(at.derivatives).check(at.state.len())?;
+        self.evaluate_batch_at(&[at], vertices, out)
+    }
+
+    /// [`Generator::evaluate_at`] for several sets of weights at once, so that the model's coefficients are read once for all of them.
+    ///
+    /// `out` holds the positions of the first, then of the second, ..: `ats.len() * 3 * vertices.len()` numbers. The bits are those of single evaluations.
+    /// Errors: as [`Generator::evaluate_at`]. Panics: never.
+    #[inline(always)]
+    fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
+        for at in ats {
+            self.state_req(at.derivatives).check(at.state.len())?;
+        }
         let n = self.vertex_count();
         if vertices.start > vertices.end || vertices.end > n {
             return Err(Error::IndexOutOfRange {
@@ -165,19 +176,22 @@ pub trait Generator {
                 limit: saturated(n),
             });
         }
-        check_len((vertices.end - vertices.start).saturating_mul(3), out.len())?;
-        let mut rest = out;
+        let each = (vertices.end - vertices.start).saturating_mul(3);
+        check_len(each.saturating_mul(ats.len()), out.len())?;
         let mut vertex = vertices.start;
         while vertex < vertices.end {
             let block = vertex / LANES;
             let lane = vertex % LANES;
             let count = (LANES - lane).min(vertices.end - vertex);
-            let Some((piece, behind)) = rest.split_at_mut_checked(3 * count) else { break };
-            if let Some(values) = self.block_unchecked(at, block) {
-                // Through memory: otherwise LLVM keeps the sums in the interleaved order and shuffles every coefficient instead.
-                black_box(&values).write_interleaved(lane, piece);
+            let from = 3 * (vertex - vertices.start);
+            for (at, out) in ats.iter().zip(out.chunks_exact_mut(each.max(1))) {
+                if let (Some(piece), Some(values)) =
+                    (out.get_mut(from..from + 3 * count), self.block_unchecked(*at, block))
+                {
+                    // Through memory: otherwise LLVM keeps the sums in the interleaved order and shuffles every coefficient instead.
+                    black_box(&values).write_interleaved(lane, piece);
+                }
             }
-            rest = behind;
             vertex += count;
         }
         Ok(())

@@ -140,6 +140,29 @@ fn joints_of_the_mean_make_it_bilinear() {
 }
 
 #[test]
+fn a_batch_has_the_bits_of_single_bodies() {
+    let file = Body::new(37, 2).file(3);
+    let body = body(&file);
+    let all: Vec<_> = (1..4).map(|seed| weights(seed, 2, 9, 1.0)).collect();
+    let mut states = vec![vec![0.0; Generator::state_req(&body, false).numbers()]; 3];
+    let ats: Vec<_> = all
+        .iter()
+        .zip(&mut states)
+        .map(|((identity, pose), state)| body.begin(Weights { identity, pose }, false, state).unwrap())
+        .collect();
+    let mut out = vec![f32::NAN; 3 * 3 * 25];
+    body.evaluate_batch_at(&ats, 5..30, &mut out).unwrap();
+    for ((identity, pose), found) in all.iter().zip(out.chunks(75)) {
+        assert_eq!(found, &evaluated(&body, identity, pose)[15..90]);
+    }
+    assert_eq!(
+        body.evaluate_batch_at(&ats, 0..37, &mut out),
+        Err(Error::DimensionMismatch { expected: 333, found: 225 })
+    );
+    body.evaluate_batch_at(&[], 0..37, &mut []).unwrap();
+}
+
+#[test]
 fn refusals() {
     let file = Body::new(20, 2).file(3);
     let body = body(&file);
