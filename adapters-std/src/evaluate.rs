@@ -11,8 +11,8 @@ use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::{self, Prepared};
 use habitus_core::generator::{At, Generator, LANES, NUMBERS, Weights};
 pub use habitus_dispatch::{
-    any_prepared, evaluate, evaluate_at, evaluate_batch_at, fit_points, linearise, linearise_at, normal_equations,
-    prepared,
+    any_prepared, evaluate, evaluate_at, evaluate_batch_at, fit_points, linearise, linearise_at, moments,
+    normal_equations, prepared, wavelet_synthesis,
 };
 
 /// [`evaluate`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.

@@ -18,6 +18,8 @@ use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::Prepared;
 use habitus_core::generator::{At, Generator, Weights};
 use habitus_core::rotation::similarity::Similarity;
+use habitus_core::solve::procrustes::Moments;
+use habitus_core::wavelet::{Grid, Wavelet, transform};
 
 /// A call with its arguments.
 trait Call {
@@ -191,5 +193,28 @@ dispatched! {
         workspace: &'a mut [f32],
     ) -> Result<FitReport, Error> {
         fit::fit_points(generator, samples, options, identity, pose, placement, workspace)
+    }
+}
+
+dispatched! {
+    /// [`Moments::add_all`] of new moments on one thread.
+    pub fn moments['a]['a](sources: &'a [[f32; 3]], targets: &'a [[f32; 3]]) -> Result<Moments<f32>, Error> {
+        let mut moments = Moments::new();
+        moments.add_all(sources, targets)?;
+        Ok(moments)
+    }
+}
+
+dispatched! {
+    /// [`transform::synthesis`] on one thread.
+    pub fn wavelet_synthesis['a]['a](
+        grid: &'a Grid,
+        wavelet: Wavelet,
+        level: usize,
+        coefficients: &'a [f32],
+        out: &'a mut [f32],
+        workspace: &'a mut [f32],
+    ) -> Result<(), Error> {
+        transform::synthesis(grid, wavelet, level, coefficients, out, workspace)
     }
 }
