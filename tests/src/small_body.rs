@@ -62,7 +62,8 @@ pub fn bytes() -> Vec<u8> {
     let (starts, held, weights) = skin(header.n_blocks());
     let landmarks =
         [CAPS, CAPS + 1, 0, 2, LEFT + 8, RIGHT + 8, LEFT + 4, RIGHT + 4, 13, 21].map(|vertex| vertex as u32);
-    let landmark_names = "head_top\ncrotch\nleft_hip\nright_hip\nleft_hand\nright_hand\nleft_elbow\nright_elbow\nchest_front\nforehead";
+    let landmark_names =
+        "head_top\ncrotch\nleft_hip\nright_hip\nleft_hand\nright_hand\nleft_elbow\nright_elbow\nchest_front\nforehead";
     let joint_names = JOINTS.map(|joint| joint.0).join("\n");
     let provenance = "procedural body, no scan";
     let faces = faces();
