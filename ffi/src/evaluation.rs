@@ -74,7 +74,7 @@ impl Of {
     ///
     /// # Safety
     /// As [`opened`] and [`formed`].
-    unsafe fn of(
+    unsafe fn given(
         arguments: &mut Arguments,
         model: *const hab_model,
         prepared: *const hab_prepared,
@@ -135,7 +135,7 @@ pub unsafe extern "C" fn hab_evaluation_workspace_bytes(
     let body = |arguments: &mut Arguments| {
         let out = arguments.out_object(4, workspace_bytes);
         // SAFETY: the caller's promise.
-        let (of, ..) = unsafe { Of::of(arguments, model, prepared)? };
+        let (of, ..) = unsafe { Of::given(arguments, model, prepared)? };
         let bytes = of.workspace(wanted(derivatives, 3)?).f32_bytes();
         // SAFETY: the caller's promise.
         unsafe { out.set(bytes) };
@@ -175,7 +175,7 @@ pub unsafe extern "C" fn hab_evaluation_init(
         let memory = arguments.workspace(8, workspace.cast(), workspace_bytes);
         let out = arguments.out_object(10, evaluation);
         // SAFETY: the caller's promise.
-        let (of, of_form, bytes) = unsafe { Of::of(arguments, model, prepared)? };
+        let (of, of_form, bytes) = unsafe { Of::given(arguments, model, prepared)? };
         let derivatives = wanted(derivatives, 7)?;
         let [identity_dim, pose_dim] = of.dims();
         length(3, identity_dim, identity_len)?;
