@@ -168,12 +168,14 @@ impl Generator for AnyPrepared<'_, '_> {
         each!(self, form => form.linearised_block_unchecked(at, block, jacobian))
     }
 
-    #[inline(always)]
+    /// Once for all callers: nine kernels at every call would be most of a program's code, and one vertex has no use for wide vectors.
+    #[inline(never)]
     fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
         each!(self, form => form.vertex_unchecked(at, vertex))
     }
 
-    #[inline(always)]
+    /// Once for all callers: nine kernels at every call would be most of a program's code, and one vertex has no use for wide vectors.
+    #[inline(never)]
     fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
         each!(self, form => form.linearised_vertex_unchecked(at, vertex, jacobian))
     }
