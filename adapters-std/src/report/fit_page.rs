@@ -174,7 +174,9 @@ impl FitReport<'_> {
         let list = |pointer: &str| {
             let numbers = figures.pointer(pointer).and_then(Value::as_array);
             numbers.map_or(String::new(), |all| {
-                let shown = all.iter().filter_map(Value::as_f64).map(|number| format!("{number:.2}"));
+                // Rounded first, for a zero without a sign.
+                let rounded = |number: f64| (100.0 * number).round() / 100.0 + 0.0;
+                let shown = all.iter().filter_map(Value::as_f64).map(|number| format!("{:.2}", rounded(number)));
                 shown.collect::<Vec<_>>().join(", ")
             })
         };

@@ -22,6 +22,11 @@ pub(super) fn landmarks(bytes: &[u8], path: &Path) -> Result<LandmarkFile, Error
         let last = Place::Line(numbered_lines(bytes).count());
         return Err(Error::malformed(path, last, "there is no landmark in it"));
     }
+    if let Some((line, _)) = lines.iter().find(|(_, text)| text.contains(&b';')) {
+        let problem =
+            "a semicolon: put commas between name, x, y and z, and a point into the numbers where they have a comma";
+        return Err(Error::malformed(path, Place::Line(*line), problem));
+    }
     if has_commas {
         return table(&lines, path, fields);
     }
@@ -48,7 +53,10 @@ fn is_header(line: &[u8]) -> bool {
     let line = line.to_ascii_lowercase();
     let found: Vec<&[u8]> = line
         .split(|&byte| byte == b',' || byte.is_ascii_whitespace())
-        .map(|word| word.trim_ascii().trim_ascii_start())
+        .map(|word| match word.trim_ascii() {
+            [b'"', inner @ .., b'"'] => inner,
+            word => word,
+        })
         .filter(|word| !word.is_empty())
         .collect();
     let coordinates = match found.split_first() {

@@ -213,6 +213,7 @@ mod tests {
             "name x y z\nnose tip 1 2 3\nchin 4 5 -6",
             "Name,X,Y,Z\r\nnose tip,1,2,3\r\n\"chin\", 4, 5, -6\r\n",
             "nose tip,1,2,3\nchin,4,5,-6",
+            "\"name\",\"x\",\"y\",\"z\"\n\"nose tip\",\"1\",2,3\n\"chin\",4,5,-6",
             "2\nnose tip\n1 2 3\nchin\n4 5 -6",
             "{\"nose tip\": [1, 2, 3], \"chin\": [4, 5, -6.0]}",
         ] {
@@ -281,6 +282,8 @@ mod tests {
             ("nose_tip 1 2 3\nnose_tip 4 5 6", "line 2: the landmark \"nose_tip\" is there twice"),
             ("1,2,3\n4,5", "line 2: 2 fields between commas where name,x,y,z or x,y,z"),
             ("1,2,3\na,4,5,6", "line 2: the landmark has a name, the one before it no name"),
+            ("nose_tip;1;2;3", "line 1: a semicolon: put commas between name, x, y and z"),
+            ("nose_tip 1 2 3\nchin;1,5;2;3", "line 2: a semicolon"),
             ("7,2,3,4", "line 1: \"7\" where a name is expected"),
             ("name,x,y,z\nchin,1,,3", "line 2: the landmark chin has \"\" where a finite"),
             ("x,y,z\n", "line 2: there is no landmark in it"),

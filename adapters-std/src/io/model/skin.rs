@@ -21,6 +21,9 @@ pub struct JointSource {
     pub basis: Vec<[f64; 3]>,
 }
 
+/// A section: identifier, shape, content.
+type Laid = (SectionId, Vec<usize>, Vec<u8>);
+
 /// A skeleton with the weights of every vertex.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkinSource {
@@ -40,11 +43,11 @@ impl SkinSource {
         self.joints.iter().map(|joint| if joint.axis.is_some() { 1 } else { 3 }).sum()
     }
 
-    /// The sections: identifier, shape, content.
+    /// The sections.
     ///
     /// Errors: no or too many joints, a parent behind its child, an axis that is not of unit length, a vertex that no joint or more than eight hold, that a joint
     /// which does not exist holds, or whose weights are negative.
-    pub(super) fn sections(&self) -> Result<Vec<(SectionId, Vec<usize>, Vec<u8>)>, Error> {
+    pub(super) fn sections(&self) -> Result<Vec<Laid>, Error> {
         self.check()?;
         let j = self.joints.len();
         let floats =

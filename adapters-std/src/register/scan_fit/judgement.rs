@@ -60,7 +60,7 @@ pub(super) fn refuse_other_kinds(
     let (mean, limit) = (robust_mean(residuals), MOST_ROBUST_RESIDUAL * (1.0 - agreement.median / SHARED_MEDIAN));
     if !(mean <= limit) {
         return Err(Error::input(format!(
-            "the landmarks are {mean:.1} mm (mean) from those of the fitted model, of which half is within {:.2} mm of the scan; at most {limit:.1} are \
+            "the landmarks are {mean:.2} mm (mean) from those of the fitted model, of which half is within {:.2} mm of the scan; at most {limit:.2} are \
              accepted with that, about 2 is usual; {kind}",
             agreement.median
         )));
@@ -95,7 +95,10 @@ mod tests {
             (said(0.24, 0.5, 3.0, [9.0, 9.0]), "only 24 % of the fitted model lies on the scan, at least 25 %"),
             (said(0.9, 1.21, 3.0, [9.0, 9.0]), "more than 1.21 mm from the scan, at most 1.2"),
             (said(0.9, 0.5, 15.1, [9.0, 9.0]), "the landmarks are 15.1 mm (root mean square)"),
-            (said(0.9, 0.85, 4.9, [9.0, 9.0]), "the landmarks are 4.9 mm (mean) from those of the fitted model"),
+            (
+                said(0.9, 0.85, 4.9, [9.0, 9.0]),
+                "the landmarks are 4.90 mm (mean) from those of the fitted model, of which half is within 0.85 mm of the scan; at most 4.80 are",
+            ),
             (said(0.9, 0.5, 3.0, [144.0, 9.0]), "identity weights 3.0 times as large"),
             (said(0.9, 0.5, 3.0, [9.0, 64.0]), "expression weights 4.0 times as large"),
         ] {

@@ -42,11 +42,15 @@ const VIEWPOINT: f64 = 10.0;
 const FEWEST_POINTS: usize = 100;
 /// Radius over which normals are smoothed, in cells.
 const NEIGHBOURHOOD: f64 = 2.0;
+/// Least share of the cells where the normals of a mesh must agree. Where its noise is as large as its triangles they agree nowhere, though its points
+/// have a surface: then it is taken for a cloud. Shares: the shared scans without hair 0.92 to 0.97, with hair 0.65, simulated hair from 0.52, noise of
+/// 1.5 mm on each axis of scan 00 0.46, of 2 mm 0.04.
+const LEAST_COHERENT: f64 = 0.3;
 
 impl Target {
     /// The part of `scan` in `region`: the mean point of each cell of side `cell` mm, of larger cells when there are more than `most`.
     ///
-    /// Normals are those of the faces about the cell; a cloud keeps its own when they agree about the outside, else it gets those of its
+    /// Normals are those of the faces about the cell, unless these agree almost nowhere; a cloud keeps its own when they agree about the outside, else it gets those of its
     /// neighbourhoods, turned to where the face looks.
     ///
     /// # Errors
@@ -105,22 +109,31 @@ impl Target {
             points.push((sum / f64::from(n)).to_array());
             at_boundary.push(2 * n_border >= n as usize);
         }
+        let of_neighbourhoods = || -> Result<Vec<[f64; 3]>, Error> {
+            let viewpoint = DVec3::from_array(region.front) * VIEWPOINT * region.radius;
+            let outside = Outside::Towards(viewpoint.to_array());
+            Ok(cloud_normals(&points, &CloudNormalOptions { outside, ..CloudNormalOptions::default() })?.normals)
+        };
+        let tree = PointTree::new(&points)?;
+        let smooth = |normals: &[[f64; 3]]| smoothed(&tree, &points, normals, NEIGHBOURHOOD * cell, coherence);
         let normals = if surface.is_some() {
-            normals_of_pieces(&pieces, &points, region)
+            let of_faces = smooth(&normals_of_pieces(&pieces, &points, region));
+            let n_coherent = of_faces.iter().filter(|normal| **normal != [0.0; 3]).count();
+            if n_coherent as f64 >= LEAST_COHERENT * of_faces.len() as f64 {
+                of_faces
+            } else {
+                at_boundary.fill(false);
+                smooth(&of_neighbourhoods()?)
+            }
         } else {
             let own = Some(&scan.normals).filter(|normals| !normals.is_empty());
             let picked = || pieces.iter().map(|piece| piece.normal.normalize_or_zero().to_array()).collect();
-            match own.and_then(|_| agreeing(&points, picked(), region)) {
+            let normals = match own.and_then(|_| agreeing(&points, picked(), region)) {
                 Some(normals) => normals,
-                None => {
-                    let viewpoint = DVec3::from_array(region.front) * VIEWPOINT * region.radius;
-                    let outside = Outside::Towards(viewpoint.to_array());
-                    cloud_normals(&points, &CloudNormalOptions { outside, ..CloudNormalOptions::default() })?.normals
-                }
-            }
+                None => of_neighbourhoods()?,
+            };
+            smooth(&normals)
         };
-        let tree = PointTree::new(&points)?;
-        let normals = smoothed(&tree, &points, &normals, NEIGHBOURHOOD * cell, coherence);
         Ok(Target { tree, points, normals, at_boundary, cell })
     }
 }
@@ -227,6 +240,18 @@ mod tests {
         let mut target = made(&turned, &Region { front: [0.0, 0.0, -1.0], ..region() }, 2.5, 6000);
         target.points.iter_mut().chain(&mut target.normals).for_each(|v| *v = back(v));
         check(&target);
+    }
+
+    #[test]
+    fn a_mesh_whose_triangles_say_nothing_is_a_cloud() {
+        let n = cloud().positions.len() as u32;
+        let faces =
+            (0..n).map(|v| [v, (v * 769 + 5) % n, (v * 1291 + 7) % n]).filter(|[a, b, c]| a != b && b != c && c != a);
+        let tangled = made(&Mesh { faces: faces.collect(), ..cloud() }, &region(), 2.5, 6000);
+        let of_cloud = made(&cloud(), &region(), 2.5, 6000);
+        assert_eq!((tangled.normals, tangled.at_boundary), (of_cloud.normals, of_cloud.at_boundary));
+        // Another mesh keeps its own.
+        assert_ne!(made(&face(&[], &[]), &region(), 2.5, 6000).normals, made(&cloud(), &region(), 2.5, 6000).normals);
     }
 
     #[test]
