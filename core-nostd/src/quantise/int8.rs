@@ -101,8 +101,13 @@ impl<'a> Terms for ByteTerms<'a> {
 
     #[inline(always)]
     fn groups(self, count: usize) -> impl Iterator<Item = Self> {
-        let groups = self.values.chunks_exact(count.max(1)).zip(self.ranges.chunks_exact(count.max(1)));
-        groups.map(|(values, ranges)| ByteTerms { values, ranges })
+        // Not two `chunks_exact` side by side: pairing them divides by a length that the optimiser for size does not know to be above zero.
+        let mut rest = self;
+        core::iter::from_fn(move || {
+            let (group, behind) = rest.split_at(count.max(1))?;
+            rest = behind;
+            Some(group)
+        })
     }
 }
 
@@ -138,7 +143,7 @@ impl Term for ByteTerm<'_> {
     type Sum = CodeSum;
     type LaneSum = ([f32; 3], [f32; 3]);
 
-    /// `offset + scale * q`.
+    /// `offset + scale * q`: the sum that begins at zero, with a weight of 1.
     #[inline(always)]
     fn block(self) -> Block {
         Self::total(self.start())

@@ -98,32 +98,35 @@ impl Screw {
         combine([(self.square, v), (along, self.u), (double, side)])
     }
 
-    /// `2 d r*`, not divided: `2 ((w e - d u) + u x e)`.
+    /// `2 d r*`, not divided: `((2 w) e + (-2 d) u) + 2 (u x e)`.
     #[inline(always)]
     fn shift(&self, d: f32, e: [f32; 3]) -> [f32; 3] {
         combine([(2.0 * self.w, e), (-2.0 * d, self.u), (2.0, cross(self.u, e))])
     }
 
-    /// Where a point goes.
+    /// Where a point goes: the sum of both, times `1 / |r|^2`, where `|r|^2 = w^2 + u.u`.
     #[inline(always)]
     pub(crate) fn applied(&self, v: [f32; 3]) -> [f32; 3] {
-        let (turned, shift) = (self.turned(v), self.shift(self.d, self.e));
-        [0, 1, 2].map(|axis| (turned[axis] + shift[axis]) * self.inverse)
+        plus(self.turned(v), self.shift(self.d, self.e)).map(|value| value * self.inverse)
     }
 
-    /// Derivative of the position by a change of the point.
+    /// Derivative of the position by a change of the point: `r dv r*`, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_point(&self, dv: [f32; 3]) -> [f32; 3] {
         self.turned(dv).map(|value| value * self.inverse)
     }
 
-    /// Derivative of the position by a change of the dual part.
+    /// Derivative of the position by a change of the dual part: `2 d r*` of the change, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_dual(&self, [d, e @ ..]: [f32; 4]) -> [f32; 3] {
         self.shift(d, e).map(|value| value * self.inverse)
     }
 
-    /// Derivative of the position `x` of a point `v` by a change of rotation and dual part.
+    /// Derivative of the position `x` of a point `v` by a change `(dw, du)` of the rotation and `(dd, de)` of the dual part.
+    ///
+    /// With `q = 2 (w dw - u.du)` and `n = 2 (w dw + u.du)` it is the sum, from the left, of
+    /// `(q v + (2 du.v) u) + (2 u.v) du`, `((2 dw) (u x v) + (2 w) (du x v)) + (2 dw) e`, `((2 w) de + (-2 dd) u) + (-2 d) du` and
+    /// `(2 (du x e) + 2 (u x de)) + (-n) x`, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_blend(&self, v: [f32; 3], x: [f32; 3], r: [f32; 4], d: [f32; 4]) -> [f32; 3] {
         let ([dw, du @ ..], [dd, de @ ..]) = (r, d);
@@ -134,14 +137,20 @@ impl Screw {
         let sides = combine([(2.0 * dw, cross(self.u, v)), (2.0 * self.w, cross(du, v)), (2.0 * dw, self.e)]);
         let dual = combine([(2.0 * self.w, de), (-2.0 * dd, self.u), (-2.0 * self.d, du)]);
         let rest = combine([(2.0, cross(du, self.e)), (2.0, cross(self.u, de)), (-norm, x)]);
-        [0, 1, 2].map(|axis| (turned[axis] + sides[axis] + dual[axis] + rest[axis]) * self.inverse)
+        plus(plus(plus(turned, sides), dual), rest).map(|value| value * self.inverse)
     }
 }
 
 /// Sum of three scaled vectors, from the left.
 #[inline(always)]
 fn combine([(a, p), (b, q), (c, r)]: [(f32, [f32; 3]); 3]) -> [f32; 3] {
-    [0, 1, 2].map(|axis| a * p[axis] + b * q[axis] + c * r[axis])
+    plus(plus(p.map(|value| a * value), q.map(|value| b * value)), r.map(|value| c * value))
+}
+
+// Written out: the optimiser for size keeps the check of an index.
+#[inline(always)]
+fn plus([a, b, c]: [f32; 3], [x, y, z]: [f32; 3]) -> [f32; 3] {
+    [a + x, b + y, c + z]
 }
 
 #[inline(always)]
@@ -162,6 +171,8 @@ pub(crate) fn lane_of<const N: usize>(axes: &Axes<N>, lane: usize) -> [f32; 3] {
 }
 
 /// The change of a joint's motion by a turn about an axis through an anchor: `1/2 ((0, a) + eps (0, -a x p)) q`.
+///
+/// With `h = a / 2`: the rotation changes by the product `(0, h) r`, the dual part by `(0, h) d + (0, p x h) r`.
 #[inline(always)]
 pub(crate) fn turned_by(axis: [f32; 3], anchor: [f32; 3], motion: &[f32; 8]) -> ([f32; 4], [f32; 4]) {
     use crate::rotation::quaternion::quaternion_product;
@@ -172,6 +183,6 @@ pub(crate) fn turned_by(axis: [f32; 3], anchor: [f32; 3], motion: &[f32; 8]) -> 
     let turn = [0.0, half[0], half[1], half[2]];
     let by_turn = quaternion_product(turn, dual);
     let by_shift = quaternion_product([0.0, x, y, z], rotation);
-    let sum = [0, 1, 2, 3].map(|k| by_turn[k] + by_shift[k]);
-    (quaternion_product(turn, rotation), sum)
+    let ([a, b, c, d], [p, q, r, s]) = (by_turn, by_shift);
+    (quaternion_product(turn, rotation), [a + p, b + q, c + r, d + s])
 }
