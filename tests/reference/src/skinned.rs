@@ -176,13 +176,7 @@ impl Skinned {
     }
 
     /// Value and derivatives from the rest position, its components (none where the identity is fixed), and the joints.
-    fn of_rest<R: Number>(
-        &self,
-        posed: &[Posed<R>],
-        rest: [R; 3],
-        components: Vec<[R; 3]>,
-        v: usize,
-    ) -> Linearised<R> {
+    fn of_rest<R: Number>(&self, posed: &[Posed<R>], rest: [R; 3], components: Vec<[R; 3]>, v: usize) -> Linearised<R> {
         let holds = self.holds(posed, v);
         let value = self.moved(&holds, rest);
         let blend = if self.dual {
