@@ -200,9 +200,12 @@ impl<'a> Skeleton<'a> {
 
     /// Poses the joints: `R_j = R_par R(theta_j)`, `t_j = R_par (p_j - R(theta_j) p_j) + t_par`.
     ///
-    /// Scalar products sum x, y, z in this order. The root's parent is the identity. A quaternion is the parent's times the joint's own, whose real part is
-    /// not negative, with the dual part of the motion's translation. The anchor is `R_par p_j + t_par`; the axis of a revolute joint `R_par a`, those of a ball the columns of `R_par J` with the left
-    /// Jacobian J; shifts are `D_j = D_par + R_par (P_j - R(theta_j) P_j)`.
+    /// The rotation vector of a revolute joint is its angle times each part of its axis. Scalar products sum x, y, z in this order, also with the zeros of a
+    /// matrix. A root's parent is the identity, with which its matrix and its points are multiplied too. A quaternion is the parent's times the joint's own
+    /// (a root's: its own), whose real part is not negative, with the dual part of the motion's translation. The anchor is `R_par p_j + t_par`; the axis of a
+    /// revolute joint `R_par a`, those of a ball the columns of `R_par J` with the left Jacobian J, each column multiplied by `R_par`. Corrections are the
+    /// entries of `R(theta_j)`, 1 taken from those of the diagonal; their derivative by an angle is the product `[a_k]x R(theta_j)`, with `a_k` the axis or
+    /// column before `R_par`. Shifts are `D_j = D_par + R_par (P_j - R(theta_j) P_j)`, of a root the second part alone.
     pub(crate) fn pose(&self, identity: &[f32], angles: &[f32], mode: JointMode, out: &mut Posed<'_>) {
         let mut first = 0;
         for index in 0..self.n_joints() {

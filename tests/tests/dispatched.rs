@@ -6,8 +6,8 @@ use habitus::evaluate;
 use habitus_core::Error;
 use habitus_core::fit::{FitOptions, FitReport, Frame, Samples};
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::prepared::Prepared;
+use habitus_core::generator::any::AnyGenerator;
+use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{At, Block, Generator, LANES, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_golden::{Backend, Memory, REQUIREMENT, VECTORS, run};
@@ -41,13 +41,13 @@ impl Backend for Host {
 
     fn prepared<'w>(
         &self,
-        generator: &Bilinear<'_>,
+        generator: &AnyGenerator<'w>,
         fixed: Mode,
         weights: &[f32],
         blocks: Range<usize>,
         workspace: &'w mut [f32],
-    ) -> Result<Prepared<'w>, Error> {
-        evaluate::prepared(generator, fixed, weights, blocks, workspace)
+    ) -> Result<AnyPrepared<'w, 'w>, Error> {
+        evaluate::any_prepared(generator, fixed, weights, blocks, workspace)
     }
 
     fn normal_equations<G: Generator, S: Samples>(

@@ -8,7 +8,8 @@ use crate::quantise::{Storage, Terms};
 
 /// A linear generator over the coefficients of a model file; copying it copies views.
 ///
-/// Order of summation, per lane: the components from zero, `w_l a_l` for l ascending as the storage sums ([`crate::quantise::Term`]); then `mean + sum`.
+/// Order of summation, per lane: the components from zero, `w_l a_l` for l ascending as the storage sums ([`crate::quantise::Term`]); then `mean + sum`. Derivatives are
+/// the decoded components.
 #[derive(Debug, Clone, Copy)]
 pub struct Linear<'a, S: Storage<'a>> {
     n_vertices: u32,

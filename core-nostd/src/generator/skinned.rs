@@ -24,7 +24,13 @@ pub const CORRECTIONS: usize = 9;
 /// that hold the vertex and are moved by a, plus `B C f'`; by weight l: `B A_l + sum_j omega_j D_jl`. For dual quaternions the same by the chain rule.
 ///
 /// Order of summation: that of [`Linear`](super::linear::Linear) for the rest shape (components, then corrections), of the skinning kernels over the joints in ascending order; a column of an
-/// angle sums over the holding joints, each walked to its root, then the corrections.
+/// angle sums, from zero, over the holding joints that its own joint carries in ascending order, then adds the corrections.
+///
+/// With matrices a holding joint j adds `a'_k x (omega_j x_j - omega_j p'_a)`, where `x_j = R_j v + t_j` is multiplied by its weight first; a weight l has
+/// `B A_l`, to which `omega_j D_jl` are added over j. With dual quaternions a holding joint changes the blend by its signed weight times the change of its
+/// motion by the turn, or times the dual part `1/2 (0, D_jl) r_j`, and each such change gives one term of the column. The corrections of an angle are the sum,
+/// from zero, of its joint's nine decoded terms times their slopes, turned as a component is. All holding joints of a vertex are those of its block, also with
+/// a weight of zero.
 #[derive(Debug, Clone, Copy)]
 pub struct Skinned<'a, R> {
     pub(super) rest: R,

@@ -8,7 +8,8 @@ pub type Quaternion<R> = [R; 4];
 /// The rotation by the rotation vector `v` (radians), with a real part that is not negative.
 ///
 /// Order of operations: `q = xx + yy + zz`. Where `q` is below half the fourth root of eps, the factor of `v` is `1/2 - q (1/48 - q/3840)` and the real part
-/// `1 - q (1/8 - q/384)`; elsewhere `sin(a/2) / a` and `cos(a/2)` with `a = sqrt(q)`. All four are negated when the real part is below zero.
+/// `1 - q (1/8 - q/384)`, the divisions by numbers being products with their rounded inverses; elsewhere `sin(a/2) / a` and `cos(a/2)` with `a = sqrt(q)`. All
+/// four are negated when the real part is below zero.
 /// Panics: never.
 pub fn rotation_quaternion<R: Real>(v: [R; 3]) -> Quaternion<R> {
     let [x, y, z] = v;
@@ -41,7 +42,7 @@ pub fn quaternion_product<R: Real>([aw, ax, ay, az]: Quaternion<R>, [bw, bx, by,
     ]
 }
 
-/// The dual part `1/2 (0, t) r` of the motion that rotates by `r`, then moves by `t`.
+/// The dual part `1/2 (0, t) r` of the motion that rotates by `r`, then moves by `t`: [`quaternion_product`] with a real part of zero, each part halved.
 #[inline(always)]
 pub fn dual_part<R: Real>(r: Quaternion<R>, t: [R; 3]) -> Quaternion<R> {
     let half = R::from_f64(0.5);

@@ -98,7 +98,7 @@ impl<const N: usize> Screws<N> {
         combine([(&self.square, v), (&along, &self.u), (&twice(&self.w), &cross(&self.u, v))])
     }
 
-    /// `2 d r*`, not divided: `2 ((w e - d u) + u x e)`.
+    /// `2 d r*`, not divided: `((2 w) e + (-2 d) u) + 2 (u x e)`.
     #[inline(always)]
     fn shift(&self, d: &Numbers<N>, e: &Axes<N>) -> Axes<N> {
         let back = each::<N>(|l| -2.0 * at(d, l));
@@ -110,26 +110,30 @@ impl<const N: usize> Screws<N> {
         vectors.map(|axis| each::<N>(|l| at(&axis, l) * at(&self.inverse, l)))
     }
 
-    /// Where points go.
+    /// Where points go: the sum of both, times `1 / |r|^2`, where `|r|^2 = w^2 + u.u`.
     #[inline(always)]
     pub(crate) fn applied(&self, v: &Axes<N>) -> Axes<N> {
         self.divided(sum(&self.turned(v), &self.shift(&self.d, &self.e)))
     }
 
-    /// Derivative of the positions by a change of the points.
+    /// Derivative of the positions by a change of the points: `r dv r*`, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_point(&self, change: &Axes<N>) -> Axes<N> {
         self.divided(self.turned(change))
     }
 
-    /// Derivative of the positions by a change of the dual parts: of one dual part, weighted for each vertex.
+    /// Derivative of the positions by a change of the dual parts, one dual part weighted for each vertex: `2 d r*` of the change, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_dual(&self, dual: [f32; 4], weights: &Numbers<N>) -> Axes<N> {
         let [d, e @ ..] = dual.map(|part| each::<N>(|l| at(weights, l) * part));
         self.divided(self.shift(&d, &e))
     }
 
-    /// Derivative of the positions `x` of points `v` by a change of rotation and dual part, weighted for each vertex.
+    /// Derivative of the positions `x` of points `v` by a change `(dw, du)` of the rotation and `(dd, de)` of the dual part, weighted for each vertex.
+    ///
+    /// With `q = 2 (w dw - u.du)` and `n = 2 (w dw + u.du)` it is the sum, from the left, of
+    /// `(q v + (2 du.v) u) + (2 u.v) du`, `((2 dw) (u x v) + (2 w) (du x v)) + (2 dw) e`, `((2 w) de + (-2 dd) u) + (-2 d) du` and
+    /// `(2 (du x e) + 2 (u x de)) + (-n) x`, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_blend(
         &self,

@@ -4,8 +4,8 @@ use core::ops::Range;
 
 use habitus_core::fit::{FitOptions, FitReport, Frame, Samples, fit_landmarks, fit_points, normal_equations};
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::prepared::Prepared;
+use habitus_core::generator::any::AnyGenerator;
+use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::{Error, Real};
@@ -51,9 +51,9 @@ kernel!(LinearisedBlock ['a G: Generator]
     (generator: &'a G, at: At<'a>, block: usize, jacobian: &'a mut [[f32; NUMBERS]]) -> Option<Block>
     = generator.linearised_block_unchecked(at, block, jacobian));
 kernel!(Preparation ['a 'w]
-    (generator: &'a Bilinear<'a>, fixed: Mode, weights: &'a [f32], blocks: Range<usize>, workspace: &'w mut [f32])
-    -> Result<Prepared<'w>, Error>
-    = Prepared::new(generator, fixed, weights, blocks, workspace));
+    (generator: &'a AnyGenerator<'w>, fixed: Mode, weights: &'a [f32], blocks: Range<usize>, workspace: &'w mut [f32])
+    -> Result<AnyPrepared<'w, 'w>, Error>
+    = generator.prepared(fixed, weights, blocks, workspace));
 kernel!(NormalEquations ['a G: Generator S: Samples]
     (
         generator: &'a G,
@@ -136,12 +136,12 @@ pub trait Backend {
     #[inline(always)]
     fn prepared<'w>(
         &self,
-        generator: &Bilinear<'_>,
+        generator: &AnyGenerator<'w>,
         fixed: Mode,
         weights: &[f32],
         blocks: Range<usize>,
         workspace: &'w mut [f32],
-    ) -> Result<Prepared<'w>, Error> {
+    ) -> Result<AnyPrepared<'w, 'w>, Error> {
         self.within(Preparation { generator, fixed, weights, blocks, workspace })
     }
 

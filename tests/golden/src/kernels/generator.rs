@@ -1,7 +1,6 @@
 //! Evaluation by ranges, derivatives, prepared forms.
 
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::prepared::prepared_req;
 use habitus_core::generator::{Generator, NUMBERS, Weights};
 
 use super::Context;
@@ -54,7 +53,7 @@ pub(super) fn linearised_vertex<B: Backend>(context: &mut Context<'_, '_, '_, B>
 
 pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let model = Model::open(pieces.model(case, models)?)?.generator()?;
     let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
     let (fixed, fixed_weights, weights) = match case.word("fixed") {
         Some("identity") => (Mode::Identity, &*identity, Weights { identity: &[], pose }),
@@ -62,9 +61,10 @@ pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Resu
         _ => return Err(Problem::Text("fixed")),
     };
     let (from, to) = (integer(case, "from")? as usize, integer(case, "to")? as usize);
-    let memory = pieces.zeros(prepared_req(&model, fixed, &(from..to)).numbers())?;
+    let memory = pieces.zeros(model.prepared_req(fixed, &(from..to))?.numbers())?;
     let form = backend.prepared(&model, fixed, fixed_weights, from..to, memory)?;
-    let at = form.begin(weights, true, &mut [])?;
+    let state = pieces.zeros(form.state_req(true).numbers())?;
+    let at = form.begin(weights, true, state)?;
     let out = pieces.zeros(3 * form.vertex_count())?;
     backend.evaluate(&form, at, 0..form.vertex_count(), out)?;
     tally.compare("out", out)?;
