@@ -177,7 +177,7 @@ pub fn concluded(runs: &[Run], known: &Cases, byte_orders: &[String], json: bool
 
 #[cfg(test)]
 mod tests {
-    use super::{Cases, Interface, Run};
+    use super::{BODIES, Cases, Interface, Run};
     use crate::process::Ended;
 
     fn run(text: &str, failure: Option<&str>) -> Run {

@@ -143,7 +143,7 @@ impl Term for ByteTerm<'_> {
     type Sum = CodeSum;
     type LaneSum = ([f32; 3], [f32; 3]);
 
-    /// `offset + scale * q`.
+    /// `offset + scale * q`: the sum that begins at zero, with a weight of 1.
     #[inline(always)]
     fn block(self) -> Block {
         Self::total(self.start())
