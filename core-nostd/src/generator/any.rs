@@ -2,6 +2,9 @@
 //!
 //! It links the kernels of every kind and storage. A program that knows its model takes [`Model::bilinear`](crate::format::Model::bilinear) and the like,
 //! and links no more than that.
+//!
+//! The kernels of every kind at every call are too much code and take too long to compile where nothing is gained by them: they are inlined only with the
+//! feature `inline-any`, which hosts that choose the width of their vectors at run time turn on (`habitus-dispatch`). The bits are the same.
 
 use core::ops::Range;
 
@@ -136,12 +139,14 @@ impl Generator for AnyGenerator<'_> {
         each!(self, generator => generator.write_state(weights, derivatives, state));
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, generator => generator.block_unchecked(at, block))
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         each!(self, generator => generator.linearised_block_unchecked(at, block, jacobian))
     }
@@ -159,13 +164,15 @@ impl Generator for AnyGenerator<'_> {
     }
 
     /// One choice for the whole range.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         each!(self, generator => generator.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn linearise_at(
         &self,
         at: At<'_>,
@@ -181,7 +188,8 @@ impl Generator for AnyGenerator<'_> {
     }
 
     /// One choice for all vertices.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn gradient_at(
         &self,
         at: At<'_>,

@@ -45,7 +45,8 @@ impl<'a> AnyGenerator<'a> {
     /// Fixes the weights of one mode for the vertices of `blocks`; see [`Prepared::new`] and [`Skinned::with_identity`](super::skinned::Skinned::with_identity).
     ///
     /// Errors: `WrongKind` for a linear model, `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     pub fn prepared<'w>(
         &self,
         fixed: Mode,
@@ -158,12 +159,14 @@ impl Generator for AnyPrepared<'_, '_> {
         each!(self, form => form.write_state(weights, derivatives, state));
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, form => form.block_unchecked(at, block))
     }
 
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         each!(self, form => form.linearised_block_unchecked(at, block, jacobian))
     }
@@ -181,13 +184,15 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     /// One choice for the whole range.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         each!(self, form => form.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn linearise_at(
         &self,
         at: At<'_>,
@@ -203,7 +208,8 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     /// One choice for all vertices.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn gradient_at(
         &self,
         at: At<'_>,
