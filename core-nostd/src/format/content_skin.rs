@@ -63,7 +63,7 @@ fn check_block(
         for position in 0..joints.len() {
             let index = (from + position) * LANES + lane;
             let weight = weights.get(index).unwrap_or(f32::NAN);
-            if !(weight >= 0.0 && weight <= 1.0) || (weight != 0.0 && !used) {
+            if !(0.0..=1.0).contains(&weight) || (weight != 0.0 && !used) {
                 return Err(bad(SectionId::SkinWeights, index));
             }
             sum += weight;

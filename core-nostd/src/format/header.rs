@@ -173,7 +173,7 @@ impl Header {
     pub(super) fn bytes(&self, sections: u32, file_length: u64) -> [u8; HEADER_BYTES] {
         let mut raw = [0; HEADER_BYTES];
         let [identity, pose, dual] = [self.identity_linear, self.pose_linear, self.dual_quaternion].map(u32::from);
-        let flags = identity * IDENTITY_LINEAR | pose * POSE_LINEAR | dual * DUAL_QUATERNION;
+        let flags = (identity * IDENTITY_LINEAR) | (pose * POSE_LINEAR) | (dual * DUAL_QUATERNION);
         put(&mut raw, 0, &MAGIC);
         put(&mut raw, field::FILE_LENGTH, &file_length.to_le_bytes());
         for (offset, value) in [
