@@ -5,6 +5,7 @@ use core::ops::Range;
 use super::any::AnyGenerator;
 use super::prepared::{Prepared, prepared_req};
 use super::skinned_prepared::FixedIdentity;
+use super::wavelet::{Fixed, Multiscale, Stored, with_fixed, with_fixed_req};
 use super::{At, Block, Generator, NUMBERS, Weights};
 use crate::Error;
 use crate::format::{Kind, Mode};
@@ -21,6 +22,9 @@ pub enum AnyPrepared<'w, 'a> {
     SkinnedF32(FixedIdentity<'w, 'a, F32<'a>>),
     SkinnedF16(FixedIdentity<'w, 'a, F16<'a>>),
     SkinnedI8(FixedIdentity<'w, 'a, I8<'a>>),
+    WaveletF32(Multiscale<Fixed<'w, Stored<'a, F32<'a>>>>),
+    WaveletF16(Multiscale<Fixed<'w, Stored<'a, F16<'a>>>>),
+    WaveletI8(Multiscale<Fixed<'w, Stored<'a, I8<'a>>>>),
 }
 
 impl<'a> AnyGenerator<'a> {
@@ -38,11 +42,15 @@ impl<'a> AnyGenerator<'a> {
             (AnyGenerator::SkinnedF32(body), Mode::Pose) => body.with_pose_req(blocks),
             (AnyGenerator::SkinnedF16(body), Mode::Pose) => body.with_pose_req(blocks),
             (AnyGenerator::SkinnedI8(body), Mode::Pose) => body.with_pose_req(blocks),
+            (AnyGenerator::WaveletF32(generator), _) => with_fixed_req(generator, fixed),
+            (AnyGenerator::WaveletF16(generator), _) => with_fixed_req(generator, fixed),
+            (AnyGenerator::WaveletI8(generator), _) => with_fixed_req(generator, fixed),
             _ => return Err(Error::WrongKind { expected: Kind::Bilinear as u32, found: Kind::Linear as u32 }),
         })
     }
 
-    /// Fixes the weights of one mode for the vertices of `blocks`; see [`Prepared::new`] and [`Skinned::with_identity`](super::skinned::Skinned::with_identity).
+    /// Fixes the weights of one mode for the vertices of `blocks`; see [`Prepared::new`], [`Skinned::with_identity`](super::skinned::Skinned::with_identity)
+    /// and [`with_fixed`].
     ///
     /// Errors: `WrongKind` for a linear model, `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
     #[inline(always)]
@@ -85,6 +93,13 @@ impl<'a> AnyGenerator<'a> {
             (AnyGenerator::SkinnedI8(body), Mode::Pose) => {
                 body.with_pose(weights, blocks, workspace).map(Form::Columns)
             }
+            (AnyGenerator::WaveletF32(of), _) => {
+                with_fixed(of, fixed, weights, &blocks, workspace).map(Form::WaveletF32)
+            }
+            (AnyGenerator::WaveletF16(of), _) => {
+                with_fixed(of, fixed, weights, &blocks, workspace).map(Form::WaveletF16)
+            }
+            (AnyGenerator::WaveletI8(of), _) => with_fixed(of, fixed, weights, &blocks, workspace).map(Form::WaveletI8),
             _ => Err(Error::WrongKind { expected: Kind::Bilinear as u32, found: Kind::Linear as u32 }),
         }
     }
@@ -95,6 +110,9 @@ impl AnyPrepared<'_, '_> {
     pub fn free(&self) -> Mode {
         match self {
             AnyPrepared::Columns(form) => form.free(),
+            AnyPrepared::WaveletF32(form) => form.locals().free(),
+            AnyPrepared::WaveletF16(form) => form.locals().free(),
+            AnyPrepared::WaveletI8(form) => form.locals().free(),
             _ => Mode::Pose,
         }
     }
@@ -108,6 +126,9 @@ macro_rules! each {
             AnyPrepared::SkinnedF32($form) => $call,
             AnyPrepared::SkinnedF16($form) => $call,
             AnyPrepared::SkinnedI8($form) => $call,
+            AnyPrepared::WaveletF32($form) => $call,
+            AnyPrepared::WaveletF16($form) => $call,
+            AnyPrepared::WaveletI8($form) => $call,
         }
     };
 }
@@ -118,11 +139,11 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     fn identity_dim(&self) -> usize {
-        each!(self, form => form.identity_dim())
+        each!(self, form => Generator::identity_dim(form))
     }
 
     fn pose_dim(&self) -> usize {
-        each!(self, form => form.pose_dim())
+        each!(self, form => Generator::pose_dim(form))
     }
 
     fn state_req(&self, derivatives: bool) -> Requirement {
@@ -131,6 +152,11 @@ impl Generator for AnyPrepared<'_, '_> {
 
     fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
         each!(self, form => form.write_state(weights, derivatives, state));
+    }
+
+    #[inline(always)]
+    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        each!(self, form => form.write_state_inlined(weights, derivatives, state));
     }
 
     #[inline(always)]
