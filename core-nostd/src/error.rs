@@ -32,7 +32,7 @@ pub enum Error {
     },
     /// Nothing to work with: no samples, no landmarks.
     Empty,
-    /// A sample breaks a rule: its normal has not unit length.
+    /// A sample breaks a rule: its normal has not unit length, or it is at no vertex where one is asked for.
     BadSample {
         /// Its position among the samples.
         index: u32,
@@ -235,7 +235,12 @@ impl fmt::Display for Error {
             Error::IndexOutOfRange { index, limit } => write!(f, "index {index} is not below {limit}"),
             Error::NotFinite { index } => write!(f, "value {index} is not finite"),
             Error::BadOption { option } => write!(f, "option {option} is outside its allowed values"),
-            Error::BadSample { index } => write!(f, "sample {index} has a normal that is not of unit length"),
+            Error::BadSample { index } => {
+                write!(
+                    f,
+                    "sample {index} has a normal that is not of unit length, or is at no vertex where one is asked for"
+                )
+            }
             Error::Empty => f.write_str("nothing to work with: no samples were given"),
             Error::OutputTooSmall { needed, given } => {
                 write!(f, "the output holds {given} values, {needed} are needed")

@@ -270,6 +270,63 @@ pub fn bilinear_file(header: &Header, element: ElementType, seed: u32) -> Vec<u8
     file_of_sections(header, &stored(&coefficients(header, seed), header.n_terms(), n, element))
 }
 
+/// A small wavelet model.
+#[derive(Debug, Clone)]
+pub struct Waves {
+    pub base: [u32; 2],
+    pub levels: u32,
+    pub bilinear: bool,
+    pub dims: [u32; 2],
+    pub element: ElementType,
+}
+
+impl Waves {
+    pub fn new(base: [u32; 2], levels: u32) -> Self {
+        Waves { base, levels, bilinear: false, dims: [3, 2], element: ElementType::F32 }
+    }
+
+    pub fn header(&self) -> Header {
+        let [width, height] = self.base.map(|size| ((size - 1) << self.levels) + 1);
+        Header { kind: Kind::Wavelet, ..header(width * height, self.dims[0], self.dims[1], false) }
+    }
+
+    /// Means of about 100 mm at the base and less on finer levels, terms of about a tenth.
+    pub fn values(&self, seed: u32) -> Vec<f32> {
+        let header = self.header();
+        let base = (self.base[0] * self.base[1]) as usize;
+        let mut values = coefficients(&header, seed);
+        let per_block = 48 * header.n_terms();
+        for (k, value) in values.iter_mut().enumerate() {
+            if k / per_block * 16 + k % 16 >= base {
+                *value *= 0.1;
+            }
+        }
+        values
+    }
+
+    pub fn file(&self, seed: u32) -> Vec<u8> {
+        let (header, f) = (self.header(), ElementType::F32);
+        let n = header.n_vertices;
+        let mut sections = stored(&self.values(seed), header.n_terms(), n as usize, self.element);
+        let grid = [self.base[0], self.base[1], self.levels, u32::from(self.bilinear)];
+        let words = |values: &[u32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+        let mut stream = Stream::new(seed + 1);
+        for (ids, dim) in [
+            ([SectionId::IdentityMean, SectionId::IdentityScale], self.dims[0]),
+            ([SectionId::PoseMean, SectionId::PoseScale], self.dims[1]),
+        ] {
+            let count = n * dim;
+            let mean: Vec<f32> = stream.take(count as usize).iter().map(|value| 1.0 + 0.2 * value).collect();
+            let scale: Vec<f32> = stream.take(count as usize).iter().map(|value| 0.6 + 0.2 * value).collect();
+            sections.push((ids[0], f, vec![count], bytes_of(&mean)));
+            sections.push((ids[1], f, vec![count], bytes_of(&scale)));
+        }
+        sections.push((SectionId::Landmarks, ElementType::U32, vec![4], words(&[0, n / 3, n / 2, n - 1])));
+        sections.push((SectionId::Grid, ElementType::U32, vec![4], words(&grid)));
+        file_of_sections(&header, &sections)
+    }
+}
+
 pub fn file_of_sections(header: &Header, sections: &[(SectionId, ElementType, Vec<u32>, Vec<u8>)]) -> Vec<u8> {
     let sources: Vec<SectionSource<'_>> = sections
         .iter()

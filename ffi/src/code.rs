@@ -56,7 +56,7 @@ codes! {
     HAB_BAD_OPTION = 104,
     /// There is nothing to work with: no samples, no landmarks.
     HAB_EMPTY = 105,
-    /// Sample {first} has a normal that is not of unit length.
+    /// Sample {first} has a normal that is not of unit length, or is at no vertex where one is asked for.
     HAB_BAD_SAMPLE = 106,
     /// Argument {first} is null.
     HAB_NULL_POINTER = 111,

@@ -14,7 +14,7 @@ mod view;
 mod write;
 
 pub use header::{Header, Kind};
-pub use model::{Checksums, Gaussian, Mode, Model};
+pub use model::{Checksums, Gaussian, Mode, Model, Spread};
 pub use section::{ElementType, Section, SectionId, Sections};
 pub use view::{Faces, Floats, Indices, Lines};
 pub use write::{SectionSource, write, written_len};

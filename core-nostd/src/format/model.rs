@@ -10,9 +10,11 @@ use crate::generator::any::AnyGenerator;
 use crate::generator::bilinear::Bilinear;
 use crate::generator::linear::Linear;
 use crate::generator::skinned::{Blend, CORRECTIONS, Skinned};
+use crate::generator::wavelet::{self as local, Multiscale};
 use crate::quantise::{F32, Storage};
 use crate::skeleton::Skeleton;
 use crate::skinning::Influences;
+use crate::wavelet::{Grid, Wavelet};
 use crate::workspace::{check_len, saturated};
 
 /// Whether [`Model::open_with`] looks at the checksums of the sections. The header's is always checked, and so is all meaning.
@@ -42,6 +44,15 @@ pub struct Gaussian<'a> {
     pub scale: Floats<'a>,
     /// Inverse covariance, `d x d`, symmetric.
     pub precision: Floats<'a>,
+}
+
+/// Mean and standard deviation of each weight of a mode, whatever their covariance.
+#[derive(Debug, Clone, Copy)]
+pub struct Spread<'a> {
+    /// Mean.
+    pub mean: Floats<'a>,
+    /// Standard deviation by which each weight is measured, above zero.
+    pub scale: Floats<'a>,
 }
 
 impl Gaussian<'_> {
@@ -157,6 +168,18 @@ impl<'a> Model<'a> {
         Ok(Skinned::new(rest, skeleton, Influences::new(starts, joints, weights), blend))
     }
 
+    /// The generator of a multilinear wavelet model (chapter 15) in the storage of its file.
+    ///
+    /// Errors: `WrongKind` (kind, or storage) for another model.
+    pub fn wavelet<S: Storage<'a>>(&self) -> Result<Multiscale<local::Stored<'a, S>>, Error> {
+        self.expect_kind(Kind::Wavelet)?;
+        let grid = self.indices(SectionId::Grid).unwrap_or_default();
+        let word = |index: usize| grid.get(index).unwrap_or(0) as usize;
+        let wavelet = if word(3) == 0 { Wavelet::Cubic } else { Wavelet::Bilinear };
+        let locals = local::Stored::new(self.header.identity_dim, self.header.pose_dim, self.storage()?);
+        Ok(Multiscale::new(locals, Grid::new(word(0), word(1), word(2))?, wavelet))
+    }
+
     /// The generator of a model of any kind and storage.
     ///
     /// Errors: none for a model that was opened.
@@ -172,7 +195,9 @@ impl<'a> Model<'a> {
             (Kind::Skinned, Stored::F16) => AnyGenerator::SkinnedF16(self.skinned()?),
             (Kind::Skinned, Stored::I8) => AnyGenerator::SkinnedI8(self.skinned()?),
             (Kind::Skinned, _) => AnyGenerator::SkinnedF32(self.skinned()?),
-            (Kind::Wavelet, _) => return Err(Error::Unsupported { section: SectionId::Grid as u32 }),
+            (Kind::Wavelet, Stored::F16) => AnyGenerator::WaveletF16(self.wavelet()?),
+            (Kind::Wavelet, Stored::I8) => AnyGenerator::WaveletI8(self.wavelet()?),
+            (Kind::Wavelet, _) => AnyGenerator::WaveletF32(self.wavelet()?),
         })
     }
 
@@ -254,6 +279,15 @@ impl<'a> Model<'a> {
             Mode::Pose => [SectionId::PoseMean, SectionId::PoseScale, SectionId::PosePrecision],
         };
         Some(Gaussian { mean: self.floats(mean)?, scale: self.floats(scale)?, precision: self.floats(precision)? })
+    }
+
+    /// Mean and scale of each weight of a mode, of every coefficient in a wavelet model; also where there is no covariance ([`Model::gaussian`]).
+    pub fn spread(&self, mode: Mode) -> Option<Spread<'a>> {
+        let [mean, scale] = match mode {
+            Mode::Identity => [SectionId::IdentityMean, SectionId::IdentityScale],
+            Mode::Pose => [SectionId::PoseMean, SectionId::PoseScale],
+        };
+        Some(Spread { mean: self.floats(mean)?, scale: self.floats(scale)? })
     }
 
     /// Pose weights of each training expression, `pose_dim` numbers a row.

@@ -11,6 +11,7 @@ use core::ops::Range;
 use super::bilinear::Bilinear;
 use super::linear::Linear;
 use super::skinned::{Blend, Skinned};
+use super::wavelet::{Multiscale, Stored};
 use super::{At, Block, Generator, NUMBERS, Weights};
 use crate::Error;
 use crate::format::{Kind, SectionId};
@@ -32,6 +33,9 @@ pub enum AnyGenerator<'a> {
     SkinnedF32(Skinned<'a, Linear<'a, F32<'a>>>),
     SkinnedF16(Skinned<'a, Linear<'a, F16<'a>>>),
     SkinnedI8(Skinned<'a, Linear<'a, I8<'a>>>),
+    WaveletF32(Multiscale<Stored<'a, F32<'a>>>),
+    WaveletF16(Multiscale<Stored<'a, F16<'a>>>),
+    WaveletI8(Multiscale<Stored<'a, I8<'a>>>),
 }
 
 /// Calls a method of the generator that it is.
@@ -47,6 +51,9 @@ macro_rules! each {
             AnyGenerator::SkinnedF32($generator) => $call,
             AnyGenerator::SkinnedF16($generator) => $call,
             AnyGenerator::SkinnedI8($generator) => $call,
+            AnyGenerator::WaveletF32($generator) => $call,
+            AnyGenerator::WaveletF16($generator) => $call,
+            AnyGenerator::WaveletI8($generator) => $call,
         }
     };
 }
@@ -110,7 +117,36 @@ impl<'a> AnyGenerator<'a> {
             AnyGenerator::BilinearF32(_) | AnyGenerator::BilinearF16(_) | AnyGenerator::BilinearI8(_) => Kind::Bilinear,
             AnyGenerator::LinearF32(_) | AnyGenerator::LinearF16(_) | AnyGenerator::LinearI8(_) => Kind::Linear,
             AnyGenerator::SkinnedF32(_) | AnyGenerator::SkinnedF16(_) | AnyGenerator::SkinnedI8(_) => Kind::Skinned,
+            AnyGenerator::WaveletF32(_) | AnyGenerator::WaveletF16(_) | AnyGenerator::WaveletI8(_) => Kind::Wavelet,
         }
+    }
+
+    /// [`Multiscale::with_levels`] of a wavelet model.
+    ///
+    /// Errors: as there; `WrongKind` for another model.
+    pub fn with_levels(self, detail: usize, resolution: usize) -> Result<Self, Error> {
+        Ok(match self {
+            AnyGenerator::WaveletF32(of) => AnyGenerator::WaveletF32(of.with_levels(detail, resolution)?),
+            AnyGenerator::WaveletF16(of) => AnyGenerator::WaveletF16(of.with_levels(detail, resolution)?),
+            AnyGenerator::WaveletI8(of) => AnyGenerator::WaveletI8(of.with_levels(detail, resolution)?),
+            other => return Err(other.no_wavelet()),
+        })
+    }
+
+    /// [`Multiscale::with_window`] of a wavelet model.
+    ///
+    /// Errors: as there; `WrongKind` for another model.
+    pub fn with_window(self, columns: Range<usize>, rows: Range<usize>) -> Result<Self, Error> {
+        Ok(match self {
+            AnyGenerator::WaveletF32(of) => AnyGenerator::WaveletF32(of.with_window(columns, rows)?),
+            AnyGenerator::WaveletF16(of) => AnyGenerator::WaveletF16(of.with_window(columns, rows)?),
+            AnyGenerator::WaveletI8(of) => AnyGenerator::WaveletI8(of.with_window(columns, rows)?),
+            other => return Err(other.no_wavelet()),
+        })
+    }
+
+    fn no_wavelet(&self) -> Error {
+        Error::WrongKind { expected: Kind::Wavelet as u32, found: self.kind() as u32 }
     }
 
     fn is_no_body(&self) -> Error {
@@ -128,7 +164,7 @@ impl Generator for AnyGenerator<'_> {
     }
 
     fn pose_dim(&self) -> usize {
-        each!(self, generator => generator.pose_dim())
+        each!(self, generator => Generator::pose_dim(generator))
     }
 
     fn state_req(&self, derivatives: bool) -> Requirement {
@@ -137,6 +173,12 @@ impl Generator for AnyGenerator<'_> {
 
     fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
         each!(self, generator => generator.write_state(weights, derivatives, state));
+    }
+
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        each!(self, generator => generator.write_state_inlined(weights, derivatives, state));
     }
 
     #[cfg_attr(feature = "inline-any", inline(always))]

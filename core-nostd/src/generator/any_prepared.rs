@@ -5,6 +5,7 @@ use core::ops::Range;
 use super::any::AnyGenerator;
 use super::prepared::{Prepared, prepared_req};
 use super::skinned_prepared::FixedIdentity;
+use super::wavelet::{Fixed, Multiscale, Stored, with_fixed, with_fixed_req};
 use super::{At, Block, Generator, NUMBERS, Weights};
 use crate::Error;
 use crate::format::{Kind, Mode};
@@ -21,6 +22,9 @@ pub enum AnyPrepared<'w, 'a> {
     SkinnedF32(FixedIdentity<'w, 'a, F32<'a>>),
     SkinnedF16(FixedIdentity<'w, 'a, F16<'a>>),
     SkinnedI8(FixedIdentity<'w, 'a, I8<'a>>),
+    WaveletF32(Multiscale<Fixed<'w, Stored<'a, F32<'a>>>>),
+    WaveletF16(Multiscale<Fixed<'w, Stored<'a, F16<'a>>>>),
+    WaveletI8(Multiscale<Fixed<'w, Stored<'a, I8<'a>>>>),
 }
 
 impl<'a> AnyGenerator<'a> {
@@ -38,11 +42,15 @@ impl<'a> AnyGenerator<'a> {
             (AnyGenerator::SkinnedF32(body), Mode::Pose) => body.with_pose_req(blocks),
             (AnyGenerator::SkinnedF16(body), Mode::Pose) => body.with_pose_req(blocks),
             (AnyGenerator::SkinnedI8(body), Mode::Pose) => body.with_pose_req(blocks),
+            (AnyGenerator::WaveletF32(generator), _) => with_fixed_req(generator, fixed),
+            (AnyGenerator::WaveletF16(generator), _) => with_fixed_req(generator, fixed),
+            (AnyGenerator::WaveletI8(generator), _) => with_fixed_req(generator, fixed),
             _ => return Err(Error::WrongKind { expected: Kind::Bilinear as u32, found: Kind::Linear as u32 }),
         })
     }
 
-    /// Fixes the weights of one mode for the vertices of `blocks`; see [`Prepared::new`] and [`Skinned::with_identity`](super::skinned::Skinned::with_identity).
+    /// Fixes the weights of one mode for the vertices of `blocks`; see [`Prepared::new`], [`Skinned::with_identity`](super::skinned::Skinned::with_identity)
+    /// and [`with_fixed`].
     ///
     /// Errors: `WrongKind` for a linear model, `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
     #[cfg_attr(feature = "inline-any", inline(always))]
@@ -86,6 +94,13 @@ impl<'a> AnyGenerator<'a> {
             (AnyGenerator::SkinnedI8(body), Mode::Pose) => {
                 body.with_pose(weights, blocks, workspace).map(Form::Columns)
             }
+            (AnyGenerator::WaveletF32(of), _) => {
+                with_fixed(of, fixed, weights, &blocks, workspace).map(Form::WaveletF32)
+            }
+            (AnyGenerator::WaveletF16(of), _) => {
+                with_fixed(of, fixed, weights, &blocks, workspace).map(Form::WaveletF16)
+            }
+            (AnyGenerator::WaveletI8(of), _) => with_fixed(of, fixed, weights, &blocks, workspace).map(Form::WaveletI8),
             _ => Err(Error::WrongKind { expected: Kind::Bilinear as u32, found: Kind::Linear as u32 }),
         }
     }
@@ -96,6 +111,9 @@ impl AnyPrepared<'_, '_> {
     pub fn free(&self) -> Mode {
         match self {
             AnyPrepared::Columns(form) => form.free(),
+            AnyPrepared::WaveletF32(form) => form.locals().free(),
+            AnyPrepared::WaveletF16(form) => form.locals().free(),
+            AnyPrepared::WaveletI8(form) => form.locals().free(),
             _ => Mode::Pose,
         }
     }
@@ -103,20 +121,20 @@ impl AnyPrepared<'_, '_> {
     /// Number of joints of a body whose identity is fixed; 0 for other forms, which have none.
     pub fn n_joints(&self) -> usize {
         match self {
-            AnyPrepared::Columns(_) => 0,
             AnyPrepared::SkinnedF32(body) => body.skeleton().n_joints(),
             AnyPrepared::SkinnedF16(body) => body.skeleton().n_joints(),
             AnyPrepared::SkinnedI8(body) => body.skeleton().n_joints(),
+            _ => 0,
         }
     }
 
     /// Where a joint stands, see [`Skinned::joint_position`](super::skinned::Skinned::joint_position); `None` for forms without joints.
     pub fn joint_position(&self, at: At<'_>, joint: usize) -> Option<[f32; 3]> {
         match self {
-            AnyPrepared::Columns(_) => None,
             AnyPrepared::SkinnedF32(body) => body.joint_position(at, joint),
             AnyPrepared::SkinnedF16(body) => body.joint_position(at, joint),
             AnyPrepared::SkinnedI8(body) => body.joint_position(at, joint),
+            _ => None,
         }
     }
 
@@ -134,6 +152,9 @@ macro_rules! each {
             AnyPrepared::SkinnedF32($form) => $call,
             AnyPrepared::SkinnedF16($form) => $call,
             AnyPrepared::SkinnedI8($form) => $call,
+            AnyPrepared::WaveletF32($form) => $call,
+            AnyPrepared::WaveletF16($form) => $call,
+            AnyPrepared::WaveletI8($form) => $call,
         }
     };
 }
@@ -144,11 +165,11 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     fn identity_dim(&self) -> usize {
-        each!(self, form => form.identity_dim())
+        each!(self, form => Generator::identity_dim(form))
     }
 
     fn pose_dim(&self) -> usize {
-        each!(self, form => form.pose_dim())
+        each!(self, form => Generator::pose_dim(form))
     }
 
     fn state_req(&self, derivatives: bool) -> Requirement {
@@ -157,6 +178,12 @@ impl Generator for AnyPrepared<'_, '_> {
 
     fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
         each!(self, form => form.write_state(weights, derivatives, state));
+    }
+
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        each!(self, form => form.write_state_inlined(weights, derivatives, state));
     }
 
     #[cfg_attr(feature = "inline-any", inline(always))]

@@ -63,6 +63,17 @@ impl Block {
         self
     }
 
+    /// `self + weights * other`, with a weight for each lane, every product rounded before it is added.
+    #[inline(always)]
+    pub(crate) fn plus_weighted(mut self, weights: &[f32; LANES], other: &Block) -> Self {
+        for (axis, other) in self.axes.iter_mut().zip(&other.axes) {
+            for ((value, weight), other) in axis.iter_mut().zip(weights).zip(other) {
+                *value += weight * *other;
+            }
+        }
+        self
+    }
+
     /// Coordinates of one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> [f32; 3] {

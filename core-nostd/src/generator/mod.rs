@@ -4,7 +4,7 @@
 //! then z. That is how coefficients are stored, and why kernels vectorise over vertices on every target: each lane sums its terms in
 //! the same order whatever the vector width, so all targets give the same bits.
 //!
-//! [`linear`] is eq. 9.1, [`bilinear`] eq. 8.2 and 12.1, [`skinned`] eq. 9.1 to 9.3; [`prepared`] are forms with one of the two groups of weights fixed.
+//! [`linear`] is eq. 9.1, [`bilinear`] eq. 8.2 and 12.1, [`skinned`] eq. 9.1 to 9.3, [`wavelet`] ch. 15; [`prepared`] are forms with one of the two groups of weights fixed.
 
 pub mod any;
 pub mod any_prepared;
@@ -20,6 +20,7 @@ mod skinned_gradient;
 mod skinned_prepared;
 #[cfg(test)]
 mod skinned_tests;
+pub mod wavelet;
 
 use core::hint::black_box;
 use core::ops::Range;
@@ -97,6 +98,13 @@ pub trait Generator {
         let _ = (weights, derivatives, state);
     }
 
+    /// As [`Generator::write_state`], same bits, inlined into its caller: for callers that are compiled for wider vectors. A large state is much code, which
+    /// is why the other is a call.
+    #[inline(always)]
+    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        self.write_state(weights, derivatives, state);
+    }
+
     /// Positions of the vertices of one block, millimetres; `None` beyond the last block.
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block>;
 
@@ -116,12 +124,38 @@ pub trait Generator {
     /// Errors: `DimensionMismatch`, `NotFinite` (weights), `WorkspaceTooSmall`; `state` is untouched then. Panics: never.
     #[inline(always)]
     fn begin<'a>(&self, weights: Weights<'a>, derivatives: bool, state: &'a mut [f32]) -> Result<At<'a>, Error> {
+        let state = self.checked_state(weights, derivatives, state)?;
+        self.write_state(weights, derivatives, state);
+        Ok(At { weights, state, derivatives })
+    }
+
+    /// [`Generator::begin`], same bits, inlined into its caller: for callers that are compiled for wider vectors.
+    ///
+    /// Errors: as there. Panics: never.
+    #[inline(always)]
+    fn begin_inlined<'a>(
+        &self,
+        weights: Weights<'a>,
+        derivatives: bool,
+        state: &'a mut [f32],
+    ) -> Result<At<'a>, Error> {
+        let state = self.checked_state(weights, derivatives, state)?;
+        self.write_state_inlined(weights, derivatives, state);
+        Ok(At { weights, state, derivatives })
+    }
+
+    /// The memory that a state takes, when weights and length are right.
+    #[doc(hidden)]
+    fn checked_state<'a>(
+        &self,
+        weights: Weights<'_>,
+        derivatives: bool,
+        state: &'a mut [f32],
+    ) -> Result<&'a mut [f32], Error> {
         weights.check(self.identity_dim(), self.pose_dim())?;
         let requirement = self.state_req(derivatives);
         requirement.check(state.len())?;
-        let (state, _) = state.split_at_mut_checked(requirement.numbers()).unwrap_or_default();
-        self.write_state(weights, derivatives, state);
-        Ok(At { weights, state, derivatives })
+        Ok(state.split_at_mut_checked(requirement.numbers()).unwrap_or_default().0)
     }
 
     /// Number of weights.

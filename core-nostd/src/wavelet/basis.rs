@@ -107,10 +107,71 @@ const fn levels_len(axis: &Axis, wavelet: Wavelet, level: usize) -> usize {
     numbers
 }
 
+/// Memory that the lines of one level take.
+pub(crate) const fn level_lines_req(axis: &Axis, wavelet: Wavelet, level: usize) -> Requirement {
+    Requirement::of(level_len(axis, wavelet, level))
+}
+
+/// Memory that the lines of all levels take.
+pub(crate) const fn lines_req(axis: &Axis, wavelet: Wavelet) -> Requirement {
+    Requirement::of(levels_len(axis, wavelet, axis.levels() + 1))
+}
+
+/// Scratch while lines are written.
+pub(crate) const fn scratch_req(axis: &Axis) -> Requirement {
+    let size = axis.size(axis.levels());
+    Requirement::of(3 * size).and(step_req(size))
+}
+
+/// The lines of one level of one axis, in the caller's memory.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LevelLines<'w, R> {
+    axis: Axis,
+    wavelet: Wavelet,
+    level: usize,
+    values: &'w [R],
+}
+
+impl<'w, R: Real> LevelLines<'w, R> {
+    /// Writes them by synthesis of unit vectors into `values`, [`level_lines_req`].
+    pub(crate) fn new(
+        axis: Axis,
+        wavelet: Wavelet,
+        level: usize,
+        values: &'w mut [R],
+        scratch: &mut [R],
+    ) -> Result<Self, Error> {
+        for (index, line) in values.chunks_exact_mut(longest(&axis, wavelet, level).max(1)).enumerate() {
+            let support = support(&axis, wavelet, level, index)?;
+            let all = synthesised(&axis, wavelet, level, index, scratch)?;
+            line.fill(R::ZERO);
+            for (to, from) in line.iter_mut().zip(all.get(support).unwrap_or_default()) {
+                *to = *from;
+            }
+        }
+        Ok(LevelLines { axis, wavelet, level, values })
+    }
+
+    /// The line of `index`.
+    #[inline(always)]
+    pub(crate) fn line(&self, index: usize) -> Option<Line<'w, R>> {
+        let support = support(&self.axis, self.wavelet, self.level, index).ok()?;
+        let from = index * longest(&self.axis, self.wavelet, self.level);
+        Some(Line { first: support.start, values: self.values.get(from..)?.get(..support.len())? })
+    }
+}
+
+impl<R: Real> Line<'_, R> {
+    /// Its value at a sample of the finest level.
+    #[inline(always)]
+    pub(crate) fn at(&self, sample: usize) -> R {
+        sample.checked_sub(self.first).and_then(|index| self.values.get(index)).copied().unwrap_or(R::ZERO)
+    }
+}
+
 /// Memory of [`Basis::new`]: the lines, about `8 (levels + 1)` numbers a sample, and scratch of a few lines behind them.
 pub const fn basis_req(axis: &Axis, wavelet: Wavelet) -> Requirement {
-    let size = axis.size(axis.levels());
-    Requirement::of(levels_len(axis, wavelet, axis.levels() + 1)).and(Requirement::of(3 * size)).and(step_req(size))
+    lines_req(axis, wavelet).and(scratch_req(axis))
 }
 
 impl<'w, R: Real> Basis<'w, R> {
@@ -124,20 +185,25 @@ impl<'w, R: Real> Basis<'w, R> {
         let mut workspace = Workspace::new(workspace);
         let values = workspace.take(levels_len(&axis, wavelet, axis.levels() + 1))?;
         let scratch = workspace.rest();
-        let mut rest = &mut *values;
-        for level in 0..=axis.levels() {
-            for index in 0..axis.size(level) {
-                let (line, behind) = rest.split_at_mut_checked(longest(&axis, wavelet, level)).ok_or(Error::Empty)?;
-                let support = support(&axis, wavelet, level, index)?;
-                let all = synthesised(&axis, wavelet, level, index, scratch)?;
-                line.fill(R::ZERO);
-                for (to, from) in line.iter_mut().zip(all.get(support).unwrap_or_default()) {
-                    *to = *from;
-                }
-                rest = behind;
-            }
-        }
+        Self::write(axis, wavelet, values, scratch)?;
         Ok(Basis { axis, wavelet, values })
+    }
+
+    /// Writes the lines into `values`, [`lines_req`].
+    pub(crate) fn write(axis: Axis, wavelet: Wavelet, values: &mut [R], scratch: &mut [R]) -> Result<(), Error> {
+        let mut rest = values;
+        for level in 0..=axis.levels() {
+            let (lines, behind) = rest.split_at_mut_checked(level_len(&axis, wavelet, level)).ok_or(Error::Empty)?;
+            LevelLines::new(axis, wavelet, level, lines, scratch)?;
+            rest = behind;
+        }
+        Ok(())
+    }
+
+    /// The lines that [`Basis::write`] has written.
+    #[inline(always)]
+    pub(crate) fn of_values(axis: Axis, wavelet: Wavelet, values: &'w [R]) -> Self {
+        Basis { axis, wavelet, values }
     }
 
     /// The line of `index` at `level`; `None` where there is none.

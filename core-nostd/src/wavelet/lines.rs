@@ -11,6 +11,7 @@ pub(crate) const MAX_LINES: usize = 9;
 
 /// Lines side by side, each in [`slots`] slots: slot `s` has coarse sample `coarse.from + s - 1` of a span, and the detail behind it. Slots
 /// without a sample are zero when lines are loaded; lifts write numbers without meaning there.
+#[derive(Default)]
 pub(crate) struct Lines<'w, R> {
     pub(crate) v: &'w mut [R],
     pub(crate) e: &'w mut [R],

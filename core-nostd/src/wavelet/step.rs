@@ -44,6 +44,22 @@ fn part_mut<T>(slice: &mut [T], from: usize, len: usize) -> Option<&mut [T]> {
     slice.get_mut(from..)?.get_mut(..len)
 }
 
+/// Where the coefficients come from, of `N` components that are transformed side by side. They are asked for once each, in their order.
+pub(crate) trait Rows<const N: usize, R> {
+    /// The coefficients `from..from + len` of each component, counted over all levels.
+    fn row(&mut self, from: usize, len: usize) -> Option<[&[R]; N]>;
+}
+
+/// The coefficients of one component, which the caller holds.
+pub(crate) struct Held<'a, R>(pub(crate) &'a [R]);
+
+impl<R> Rows<1, R> for Held<'_, R> {
+    #[inline(always)]
+    fn row(&mut self, from: usize, len: usize) -> Option<[&[R]; 1]> {
+        Some([part(self.0, from, len)?])
+    }
+}
+
 /// The step between a level and the next coarser one.
 pub(crate) struct Step {
     pub(crate) columns: Span,
@@ -58,64 +74,94 @@ impl Step {
         [start, start + self.columns.last]
     }
 
-    /// Row `j` of details to line `line`.
+    /// Row `j` of details to line `line`; `first` is the first coefficient of the level.
     #[inline(always)]
-    fn load_details<R: Real>(&self, j: usize, details: &[R], line: usize, strip: &mut Strip<'_, R>) -> Option<()> {
+    fn load_details<const N: usize, R: Real>(
+        &self,
+        j: usize,
+        first: usize,
+        details: &mut (impl Rows<N, R> + ?Sized),
+        line: usize,
+        strips: &mut [Strip<'_, R>; N],
+    ) -> Option<()> {
         let slots = slots(&self.columns);
         let [from, len] = split_range(&self.columns);
-        let samples = part(details, self.detail_rows(j)[1] + from, len)?;
-        let (v, e) = (lines_of_mut(strip.odd.v, slots, line, 1)?, lines_of_mut(strip.odd.e, slots, line, 1)?);
-        split(&self.columns, samples, v, e)
+        let samples = details.row(first + self.detail_rows(j)[1] + from, len)?;
+        for (strip, samples) in strips.iter_mut().zip(samples) {
+            let (v, e) = (lines_of_mut(strip.odd.v, slots, line, 1)?, lines_of_mut(strip.odd.e, slots, line, 1)?);
+            split(&self.columns, samples, v, e)?;
+        }
+        Some(())
     }
 
-    /// The window `columns.out` x `rows.out` of a level from the next coarser one and the level's coefficients, both as far as the spans
-    /// ask for.
+    /// The window `columns.out` x `rows.out` of a level from the next coarser one and the level's coefficients, which begin at `first`; both as
+    /// far as the spans ask for.
     #[inline(always)]
-    pub(crate) fn synthesis<S: Lifting, R: Real>(
+    pub(crate) fn synthesis<S: Lifting, const N: usize, R: Real>(
         &self,
-        coarse: Samples<'_, R>,
-        details: &[R],
-        out: &mut [R],
-        strip: &mut Strip<'_, R>,
+        coarse: [Samples<'_, R>; N],
+        first: usize,
+        details: &mut (impl Rows<N, R> + ?Sized),
+        mut out: [&mut [R]; N],
+        strips: &mut [Strip<'_, R>; N],
     ) -> Option<()> {
         let (columns, rows) = (&self.columns, &self.rows);
-        let (slots, width) = (slots(columns), columns.out.len());
+        let slots = slots(columns);
         if !rows.starts() {
-            self.load_details(rows.detail.from, details, 1, strip)?;
+            self.load_details(rows.detail.from, first, details, 1, strips)?;
         }
         for j in (rows.coarse.from..rows.coarse.to).step_by(lines(rows).max(1)) {
             let count = lines(rows).min(rows.coarse.to - j);
             for r in 1..=count {
                 let row = j + r - 1;
-                let new = part(details, self.detail_rows(row)[0] + columns.detail.from, columns.detail.len())?;
-                let v = lines_of_mut(strip.even.v, slots, r, 1)?;
-                let e = lines_of_mut(strip.even.e, slots, r, 1)?;
-                load(columns, coarse.row(row, columns.coarse)?, v, new, e)?;
+                let from = first + self.detail_rows(row)[0] + columns.detail.from;
+                let new = details.row(from, columns.detail.len())?;
+                for ((strip, coarse), new) in strips.iter_mut().zip(&coarse).zip(new) {
+                    let v = lines_of_mut(strip.even.v, slots, r, 1)?;
+                    let e = lines_of_mut(strip.even.e, slots, r, 1)?;
+                    load(columns, coarse.row(row, columns.coarse)?, v, new, e)?;
+                }
                 if row < rows.last {
-                    self.load_details(row, details, r + 1, strip)?;
+                    self.load_details(row, first, details, r + 1, strips)?;
                 }
             }
-            let ready = strip.lift::<S>(slots, rows, j, count)?;
-            strip.keep(slots, count)?;
-            for (lines, range) in [(&mut strip.even, ready.even), (&mut strip.odd, ready.odd)] {
-                let [v, e] = halves(slots, lines, range)?;
-                if !v.is_empty() {
-                    lift_twice::<S, R>(columns, v, e)?;
-                }
+            for (strip, out) in strips.iter_mut().zip(&mut out) {
+                self.lifted::<S, R>(j, count, strip, out)?;
             }
-            // Line r is row 2 (j + r - 1), or 2 (j + r - 2) + 1; some are there for the sake of their neighbours alone.
-            for (lines, [from, to], back) in [(&strip.even, ready.even, 2), (&strip.odd, ready.odd, 3)] {
-                for r in from..to {
-                    let row = (2 * (j + r)).checked_sub(back)?;
-                    if row >= rows.out.from && row < rows.out.to {
-                        let (v, e) = (lines_of(lines.v, slots, r, 1)?, lines_of(lines.e, slots, r, 1)?);
-                        merge::<S, R>(columns, v, e, part_mut(out, (row - rows.out.from) * width, width)?)?;
-                    }
-                }
-            }
-            strip.advance(slots, count)?;
         }
         Some(())
+    }
+
+    /// The rows of one component that coarse rows `j..j + count`, which have come in, make complete.
+    #[inline(always)]
+    fn lifted<S: Lifting, R: Real>(
+        &self,
+        j: usize,
+        count: usize,
+        strip: &mut Strip<'_, R>,
+        out: &mut [R],
+    ) -> Option<()> {
+        let (columns, rows) = (&self.columns, &self.rows);
+        let (slots, width) = (slots(columns), columns.out.len());
+        let ready = strip.lift::<S>(slots, rows, j, count)?;
+        strip.keep(slots, count)?;
+        for (lines, range) in [(&mut strip.even, ready.even), (&mut strip.odd, ready.odd)] {
+            let [v, e] = halves(slots, lines, range)?;
+            if !v.is_empty() {
+                lift_twice::<S, R>(columns, v, e)?;
+            }
+        }
+        // Line r is row 2 (j + r - 1), or 2 (j + r - 2) + 1; some are there for the sake of their neighbours alone.
+        for (lines, [from, to], back) in [(&strip.even, ready.even, 2), (&strip.odd, ready.odd, 3)] {
+            for r in from..to {
+                let row = (2 * (j + r)).checked_sub(back)?;
+                if row >= rows.out.from && row < rows.out.to {
+                    let (v, e) = (lines_of(lines.v, slots, r, 1)?, lines_of(lines.e, slots, r, 1)?);
+                    merge::<S, R>(columns, v, e, part_mut(out, (row - rows.out.from) * width, width)?)?;
+                }
+            }
+        }
+        strip.advance(slots, count)
     }
 
     /// The next coarser level and the coefficients of a whole level from its samples.

@@ -13,6 +13,7 @@ pub(crate) const ROWS: usize = MAX_LINES - 1;
 ///
 /// With `count` rows coming in, `j` being the first: line `r` of `even` is coarse row `j + r - 1` (line 0: kept from before), line `r` of `odd`
 /// the row of details `j + r - 2` (lines 0 and 1: kept from before, the first of them lifted).
+#[derive(Default)]
 pub(crate) struct Strip<'w, R> {
     pub(crate) even: Lines<'w, R>,
     pub(crate) odd: Lines<'w, R>,

@@ -4,21 +4,22 @@ use core::ops::Range;
 
 use super::grid::Grid;
 use super::lifting::{BilinearSynthesis, CubicSynthesis, Lifting, Wavelet};
+use super::lines::split_range;
 use super::span::{Interval, Span};
-use super::step::{Samples, Step};
+use super::step::{Held, Rows, Samples, Step};
 use super::strip::Strip;
 use crate::workspace::{Requirement, Workspace, check_len, part, part_mut};
 use crate::{Error, Real};
 
 /// A rectangle of nodes at one level.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Rectangle {
     pub(crate) columns: Interval,
     pub(crate) rows: Interval,
 }
 
 impl Rectangle {
-    const fn area(&self) -> usize {
+    pub(crate) const fn area(&self) -> usize {
         self.columns.len() * self.rows.len()
     }
 
@@ -30,7 +31,7 @@ impl Rectangle {
 
     /// What this rectangle at `level` needs of the level `coarser`, not above it.
     #[inline(always)]
-    const fn needed(mut self, grid: &Grid, mut level: usize, coarser: usize) -> Self {
+    pub(crate) const fn needed(mut self, grid: &Grid, mut level: usize, coarser: usize) -> Self {
         while level > coarser {
             let [columns, rows] = self.spans(grid, level);
             self = Rectangle { columns: columns.coarse, rows: rows.coarse };
@@ -77,10 +78,7 @@ impl Memory {
 /// Errors: none; ranges that [`window`] refuses need nothing.
 pub const fn window_req(grid: &Grid, level: usize, columns: &Range<usize>, rows: &Range<usize>) -> Requirement {
     match rectangle(grid, level, columns, rows) {
-        Ok(Some(rectangle)) => {
-            let memory = Memory::of(grid, level, rectangle);
-            Requirement::of(memory.odd).and(Requirement::of(memory.even)).and(memory.strip)
-        }
+        Ok(Some(rectangle)) => planes_req(grid, level, rectangle, 1),
         _ => Requirement::NONE,
     }
 }
@@ -152,10 +150,14 @@ pub fn window<R: Real>(
     window_req(grid, level, &columns, &rows).check(workspace.len())?;
     for component in 0..components {
         let coefficients = part(coefficients, component * grid.len(), grid.len())?;
-        let out = part_mut(out, component * rectangle.area(), rectangle.area())?;
+        let out = [part_mut(out, component * rectangle.area(), rectangle.area())?];
+        let base = [Samples { numbers: coefficients, stride: grid.width(0), origin: [0, 0] }];
+        let details = &mut Held(coefficients);
         match wavelet {
-            Wavelet::Cubic => plane::<CubicSynthesis, R>(grid, level, rectangle, coefficients, out, workspace)?,
-            Wavelet::Bilinear => plane::<BilinearSynthesis, R>(grid, level, rectangle, coefficients, out, workspace)?,
+            Wavelet::Cubic => planes::<CubicSynthesis, 1, R>(grid, level, rectangle, base, details, out, workspace)?,
+            Wavelet::Bilinear => {
+                planes::<BilinearSynthesis, 1, R>(grid, level, rectangle, base, details, out, workspace)?;
+            }
         }
     }
     Ok(())
@@ -168,43 +170,65 @@ pub(crate) fn components(grid: &Grid, numbers: usize) -> Result<usize, Error> {
     Ok(components)
 }
 
-/// One component.
+/// Workspace of [`planes`] for `N` components.
+pub(crate) const fn planes_req(grid: &Grid, level: usize, rectangle: Rectangle, components: usize) -> Requirement {
+    let memory = Memory::of(grid, level, rectangle);
+    Requirement::of((memory.odd + memory.even + memory.strip.numbers()).saturating_mul(components))
+}
+
+/// Coefficients that [`planes`] asks for at a time, at most, of a level above 0.
+pub(crate) const fn longest_row(grid: &Grid, level: usize, mut rectangle: Rectangle) -> usize {
+    let (mut longest, mut at) = (0, level);
+    while at > 0 {
+        let [columns, rows] = rectangle.spans(grid, at);
+        let [_, of_details] = split_range(&columns);
+        longest = if of_details > longest { of_details } else { longest };
+        longest = if columns.detail.len() > longest { columns.detail.len() } else { longest };
+        rectangle = Rectangle { columns: columns.coarse, rows: rows.coarse };
+        at -= 1;
+    }
+    longest
+}
+
+/// `N` components side by side. `base` holds what the rectangle needs of level 0.
 #[inline(always)]
-fn plane<S: Lifting, R: Real>(
+#[allow(clippy::too_many_arguments)]
+pub(crate) fn planes<S: Lifting, const N: usize, R: Real>(
     grid: &Grid,
     level: usize,
     rectangle: Rectangle,
-    coefficients: &[R],
-    out: &mut [R],
+    base: [Samples<'_, R>; N],
+    details: &mut (impl Rows<N, R> + ?Sized),
+    mut out: [&mut [R]; N],
     workspace: &mut [R],
 ) -> Result<(), Error> {
-    let base = Samples { numbers: coefficients, stride: grid.width(0), origin: [0, 0] };
     if level == 0 {
-        return base.copied(rectangle.columns, rectangle.rows, out).ok_or(Error::Empty);
+        for (base, out) in base.iter().zip(out) {
+            base.copied(rectangle.columns, rectangle.rows, out).ok_or(Error::Empty)?;
+        }
+        return Ok(());
     }
     let memory = Memory::of(grid, level, rectangle);
     let mut workspace = Workspace::new(workspace);
-    // `target` is where the step in work writes, `source` where the one before has written.
-    let (mut source, mut target) = (workspace.take(memory.odd)?, workspace.take(memory.even)?);
+    let mut each = |numbers| [(); N].map(|()| workspace.take(numbers).unwrap_or_default());
+    // `targets` is where the step in work writes, `sources` where the one before has written.
+    let (mut sources, mut targets) = (each(memory.odd), each(memory.even));
+    let mut scratch = each(memory.strip.numbers());
     if level.is_multiple_of(2) {
-        core::mem::swap(&mut source, &mut target);
+        core::mem::swap(&mut sources, &mut targets);
     }
-    let scratch = workspace.rest();
     for at in 1..=level {
         let wanted = rectangle.needed(grid, level, at);
         let [columns, rows] = wanted.spans(grid, at);
-        let coarse = if at == 1 {
-            base
-        } else {
-            let origin = [columns.coarse.from, rows.coarse.from];
-            Samples { numbers: &*source, stride: columns.coarse.len(), origin }
-        };
-        let range = grid.coefficients(at);
-        let details = part(coefficients, range.start, range.len())?;
-        let mut strip = Strip::new(&columns, &rows, scratch)?;
-        let to = if at == level { &mut *out } else { &mut *target };
-        Step { columns, rows }.synthesis::<S, R>(coarse, details, to, &mut strip).ok_or(Error::Empty)?;
-        core::mem::swap(&mut source, &mut target);
+        let origin = [columns.coarse.from, rows.coarse.from];
+        let of_step = sources.each_ref().map(|numbers| Samples { numbers, stride: columns.coarse.len(), origin });
+        let coarse = if at == 1 { base } else { of_step };
+        let to: [&mut [R]; N] =
+            if at == level { out.each_mut().map(|to| &mut **to) } else { targets.each_mut().map(|to| &mut **to) };
+        let mut strips = scratch.each_mut().map(|scratch| Strip::new(&columns, &rows, scratch).unwrap_or_default());
+        let first = grid.coefficients(at).start;
+        Step { columns, rows }.synthesis::<S, N, R>(coarse, first, details, to, &mut strips).ok_or(Error::Empty)?;
+        core::mem::swap(&mut sources, &mut targets);
     }
     Ok(())
 }
