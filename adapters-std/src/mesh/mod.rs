@@ -25,7 +25,6 @@ pub use topology::Topology;
 use crate::Error;
 
 /// What computes lengths and areas refuses larger coordinates: up to here fourth powers of distances are finite.
-#[cfg(feature = "models")]
 pub(crate) const LARGEST_COORDINATE: f64 = 1e70;
 
 /// A triangle mesh, or a point cloud when it has no faces.
