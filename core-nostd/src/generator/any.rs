@@ -112,11 +112,6 @@ impl Generator for AnyGenerator<'_> {
     }
 
     #[inline(always)]
-    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
-        each!(self, generator => generator.write_state_inlined(weights, derivatives, state));
-    }
-
-    #[inline(always)]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, generator => generator.block_unchecked(at, block))
     }

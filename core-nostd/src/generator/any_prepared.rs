@@ -155,11 +155,6 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     #[inline(always)]
-    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
-        each!(self, form => form.write_state_inlined(weights, derivatives, state));
-    }
-
-    #[inline(always)]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, form => form.block_unchecked(at, block))
     }
