@@ -102,18 +102,6 @@ dispatched! {
 }
 
 dispatched! {
-    /// [`Generator::begin`] on one thread: where a wavelet model does all of its work.
-    pub fn begin['a, 'b, G: Generator]['a, 'b, G](
-        generator: &'b G,
-        weights: Weights<'a>,
-        derivatives: bool,
-        state: &'a mut [f32],
-    ) -> Result<At<'a>, Error> {
-        generator.begin_inlined(weights, derivatives, state)
-    }
-}
-
-dispatched! {
     /// [`Generator::evaluate_at`] on one thread.
     pub fn evaluate_at['a, G: Generator]['a, G](
         generator: &'a G,

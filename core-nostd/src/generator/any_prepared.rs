@@ -182,12 +182,6 @@ impl Generator for AnyPrepared<'_, '_> {
 
     #[cfg_attr(feature = "inline-any", inline(always))]
     #[cfg_attr(not(feature = "inline-any"), inline(never))]
-    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
-        each!(self, form => form.write_state_inlined(weights, derivatives, state));
-    }
-
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, form => form.block_unchecked(at, block))
     }

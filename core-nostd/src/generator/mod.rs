@@ -98,13 +98,6 @@ pub trait Generator {
         let _ = (weights, derivatives, state);
     }
 
-    /// As [`Generator::write_state`], same bits, inlined into its caller: for callers that are compiled for wider vectors. A large state is much code, which
-    /// is why the other is a call.
-    #[inline(always)]
-    fn write_state_inlined(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
-        self.write_state(weights, derivatives, state);
-    }
-
     /// Positions of the vertices of one block, millimetres; `None` beyond the last block.
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block>;
 
@@ -124,38 +117,12 @@ pub trait Generator {
     /// Errors: `DimensionMismatch`, `NotFinite` (weights), `WorkspaceTooSmall`; `state` is untouched then. Panics: never.
     #[inline(always)]
     fn begin<'a>(&self, weights: Weights<'a>, derivatives: bool, state: &'a mut [f32]) -> Result<At<'a>, Error> {
-        let state = self.checked_state(weights, derivatives, state)?;
-        self.write_state(weights, derivatives, state);
-        Ok(At { weights, state, derivatives })
-    }
-
-    /// [`Generator::begin`], same bits, inlined into its caller: for callers that are compiled for wider vectors.
-    ///
-    /// Errors: as there. Panics: never.
-    #[inline(always)]
-    fn begin_inlined<'a>(
-        &self,
-        weights: Weights<'a>,
-        derivatives: bool,
-        state: &'a mut [f32],
-    ) -> Result<At<'a>, Error> {
-        let state = self.checked_state(weights, derivatives, state)?;
-        self.write_state_inlined(weights, derivatives, state);
-        Ok(At { weights, state, derivatives })
-    }
-
-    /// The memory that a state takes, when weights and length are right.
-    #[doc(hidden)]
-    fn checked_state<'a>(
-        &self,
-        weights: Weights<'_>,
-        derivatives: bool,
-        state: &'a mut [f32],
-    ) -> Result<&'a mut [f32], Error> {
         weights.check(self.identity_dim(), self.pose_dim())?;
         let requirement = self.state_req(derivatives);
         requirement.check(state.len())?;
-        Ok(state.split_at_mut_checked(requirement.numbers()).unwrap_or_default().0)
+        let (state, _) = state.split_at_mut_checked(requirement.numbers()).unwrap_or_default();
+        self.write_state(weights, derivatives, state);
+        Ok(At { weights, state, derivatives })
     }
 
     /// Number of weights.

@@ -9,4 +9,4 @@ pub mod source;
 pub use hab::{file_len, opened, write};
 pub use quantise::{QuantisationError, quantise};
 pub use skin::{JointSource, SkinSource};
-pub use source::{Coefficients, LinearForm, ModePrior, ModelSource};
+pub use source::{Coefficients, LinearForm, ModePrior, ModelSource, WaveletForm};

@@ -137,12 +137,12 @@ fn drawn(model: &Model<'_>, seed: u64, dims: [usize; 2]) -> [Vec<f32>; 2] {
     let mut random = ChaCha12Rng::seed_from_u64(seed);
     let skinned = model.header().kind == Kind::Skinned;
     [Mode::Identity, Mode::Pose].map(|mode| {
-        let gaussian = model.gaussian(mode);
+        let spread = model.spread(mode);
         let dim = if mode == Mode::Identity { dims[0] } else { dims[1] };
         let weight = |k: usize| {
             let deviate: f64 = StandardNormal.sample(&mut random);
             let deviate = deviate.clamp(-CLIP, CLIP) as f32;
-            let statistics = gaussian.as_ref().and_then(|g| Some((g.mean.get(k)?, g.scale.get(k)?)));
+            let statistics = spread.as_ref().and_then(|g| Some((g.mean.get(k)?, g.scale.get(k)?)));
             match statistics {
                 _ if skinned && mode == Mode::Pose => 0.0,
                 Some((mean, scale)) => mean + deviate * scale,

@@ -5,6 +5,7 @@ use crate::face::bilinear_form::BilinearForm;
 use crate::face::multilinear::MultilinearModel;
 use crate::io::model::SkinSource;
 use habitus_core::format::{Header, Kind};
+use habitus_core::wavelet::{Grid, Wavelet};
 
 /// Coefficients of a bilinear generator, in either of its two forms.
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +18,25 @@ pub enum Coefficients<'a> {
     Linear(LinearForm<'a>),
     /// Equations 9.1 to 9.3: the rest shape, with corrective terms or none (nine for each joint), and what poses it.
     Skinned(LinearForm<'a>, &'a [f64], &'a SkinSource),
+    /// Chapter 15: a local model for each coefficient of a wavelet transform.
+    Wavelet(WaveletForm<'a>),
+}
+
+/// Local models of the coefficients of a wavelet transform, in the order of their grid.
+#[derive(Debug, Clone, Copy)]
+pub struct WaveletForm<'a> {
+    /// The grid, whose nodes are the vertices.
+    pub grid: Grid,
+    /// Which wavelet.
+    pub wavelet: Wavelet,
+    /// Identity weights of each coefficient.
+    pub identity_dim: usize,
+    /// Pose weights of each coefficient.
+    pub pose_dim: usize,
+    /// Mean of each coefficient, three coordinates, mm.
+    pub mean: &'a [f64],
+    /// Bilinear terms, the pose weight fastest, each of as many coordinates as the mean.
+    pub core: &'a [f64],
 }
 
 /// A mean shape and components, `3 n_vertices` coordinates each.
@@ -47,6 +67,9 @@ impl Coefficients<'_> {
                 (Kind::Bilinear, form.offset.len(), form.identity_dim(), form.pose_dim(), [true, true])
             }
             Coefficients::Linear(form) => (Kind::Linear, form.mean.len(), form.dim(), 0, [true, false]),
+            Coefficients::Wavelet(form) => {
+                (Kind::Wavelet, 3 * form.grid.len(), form.identity_dim, form.pose_dim, [false, false])
+            }
             Coefficients::Skinned(form, corrections, skin) => {
                 let linear = [true, !corrections.is_empty()];
                 (Kind::Skinned, form.mean.len(), form.dim(), skin.pose_dim(), linear)
@@ -66,7 +89,7 @@ impl Coefficients<'_> {
         })
     }
 
-    /// The terms of equation 8.2 in the order of the file, `3 n_vertices` coordinates each.
+    /// The terms of equation 8.2 in the order of the file, `3 n_vertices` coordinates each (of the coefficients in a wavelet model).
     pub fn terms(&self) -> Vec<&[f64]> {
         match self {
             Coefficients::Multilinear(model) => {
@@ -88,6 +111,9 @@ impl Coefficients<'_> {
             Coefficients::Linear(form) => {
                 std::iter::once(form.mean).chain(form.components.chunks_exact(form.mean.len())).collect()
             }
+            Coefficients::Wavelet(form) => {
+                std::iter::once(form.mean).chain(form.core.chunks_exact(form.mean.len().max(1))).collect()
+            }
             Coefficients::Skinned(form, corrections, _) => {
                 let len = form.mean.len();
                 let components = form.components.chunks_exact(len).chain(corrections.chunks_exact(len));
@@ -104,7 +130,7 @@ pub struct ModePrior {
     pub mean: Vec<f64>,
     /// Standard deviation by which each weight is measured.
     pub scale: Vec<f64>,
-    /// Inverse covariance, `d x d`.
+    /// Inverse covariance, `d x d`; none for a wavelet model, whose means and scales are those of all coefficients.
     pub precision: Vec<f64>,
 }
 
