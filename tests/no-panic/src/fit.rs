@@ -87,7 +87,7 @@ unsafe fn points(problem: Problem) -> Result<FitReport, Error> {
     let samples = samples.get(..numbers.len()).ok_or(Error::Empty)?;
     fit_points_req(identity.len(), pose.len(), options.frame).check(workspace.len())?;
     let mut placement = Similarity::IDENTITY;
-    fit_points(&model.bilinear()?, samples, &options, identity, pose, &mut placement, workspace)
+    fit_points(&model.generator()?, samples, &options, identity, pose, &mut placement, workspace)
 }
 
 #[unsafe(no_mangle)]
@@ -112,7 +112,7 @@ unsafe fn landmarks(problem: Problem) -> Result<FitReport, Error> {
     let targets = targets.get(..numbers.len()).ok_or(Error::Empty)?;
     fit_landmarks_req(identity.len(), pose.len(), options.frame).check(workspace.len())?;
     let mut placement = Similarity::IDENTITY;
-    fit_landmarks(&model, &model.bilinear()?, targets, &options, identity, pose, &mut placement, workspace)
+    fit_landmarks(&model, &model.generator()?, targets, &options, identity, pose, &mut placement, workspace)
 }
 
 #[unsafe(no_mangle)]
@@ -125,7 +125,7 @@ unsafe fn equations(problem: Problem) -> Result<f32, Error> {
     // SAFETY: the caller's promise.
     let model = Model::open(unsafe { problem.bytes.slice() })?;
     let frame = frame(problem.frame);
-    let generator = model.bilinear()?;
+    let generator = model.generator()?;
     // SAFETY: the caller's promise.
     let (identity, pose, workspace) =
         unsafe { (problem.identity.slice(), problem.pose.slice(), problem.workspace.slice()) };

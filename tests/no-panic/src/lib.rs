@@ -20,6 +20,7 @@ mod generator;
 mod isometry;
 mod linalg;
 mod memory;
+mod quantise;
 mod rotation;
 mod solve;
 mod wavelet;
