@@ -6,13 +6,18 @@
  *     hab_model_open(bytes, bytes_len, &model, NULL);     checked once, read in place
  *     hab_model_evaluate(&model, identity, 4, pose, 3, positions, 3 * n_vertices, NULL);
  *
+ * Bodies and other models whose vertices share a state (hab_counts.needs_evaluation) are evaluated in two steps, and so can be every model:
+ *
+ *     hab_evaluation_init(&model, NULL, identity, 4, pose, 9, 0, workspace, sizeof workspace, &evaluation, NULL);
+ *     hab_evaluation_positions(&evaluation, 0, n_vertices, positions, 3 * n_vertices, NULL);
+ *
  * Every function that can fail returns a hab_code, HAB_OK = 0 when all is well. When it fails, its outputs are untouched; only a workspace, which is
  * scratch, may have changed. The last argument, where there is one, is null or a hab_error_detail that a failure fills in; hab_error_format makes a
  * line of it.
  *
  * Memory is the caller's. The library allocates nothing, keeps no state, starts no thread, and never ends the program. Arguments are inputs when their
  * type is const. What is written must not overlap anything else (HAB_OVERLAP). Lengths count elements, those whose name ends in _bytes count bytes.
- * A null pointer with a length of 0 is an empty slice. Any number of threads may use one model or one prepared form at the same time.
+ * A null pointer with a length of 0 is an empty slice. Any number of threads may use one model, one prepared form or one evaluation at the same time.
  *
  * Millimetres, radians, right-handed, y up, triangles counter-clockwise from outside. The same model and weights give the same bits on every machine.
  */

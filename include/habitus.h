@@ -6,13 +6,18 @@
  *     hab_model_open(bytes, bytes_len, &model, NULL);     checked once, read in place
  *     hab_model_evaluate(&model, identity, 4, pose, 3, positions, 3 * n_vertices, NULL);
  *
+ * Bodies and other models whose vertices share a state (hab_counts.needs_evaluation) are evaluated in two steps, and so can be every model:
+ *
+ *     hab_evaluation_init(&model, NULL, identity, 4, pose, 9, 0, workspace, sizeof workspace, &evaluation, NULL);
+ *     hab_evaluation_positions(&evaluation, 0, n_vertices, positions, 3 * n_vertices, NULL);
+ *
  * Every function that can fail returns a hab_code, HAB_OK = 0 when all is well. When it fails, its outputs are untouched; only a workspace, which is
  * scratch, may have changed. The last argument, where there is one, is null or a hab_error_detail that a failure fills in; hab_error_format makes a
  * line of it.
  *
  * Memory is the caller's. The library allocates nothing, keeps no state, starts no thread, and never ends the program. Arguments are inputs when their
  * type is const. What is written must not overlap anything else (HAB_OVERLAP). Lengths count elements, those whose name ends in _bytes count bytes.
- * A null pointer with a length of 0 is an empty slice. Any number of threads may use one model or one prepared form at the same time.
+ * A null pointer with a length of 0 is an empty slice. Any number of threads may use one model, one prepared form or one evaluation at the same time.
  *
  * Millimetres, radians, right-handed, y up, triangles counter-clockwise from outside. The same model and weights give the same bits on every machine.
  */
@@ -39,7 +44,7 @@ enum {
     HAB_BAD_OPTION = 104,
     /* There is nothing to work with: no samples, no landmarks. */
     HAB_EMPTY = 105,
-    /* Sample {first} has a normal that is not of unit length. */
+    /* Sample {first} has a normal that is not of unit length, or is at no vertex where one is asked for. */
     HAB_BAD_SAMPLE = 106,
     /* Argument {first} is null. */
     HAB_NULL_POINTER = 111,
@@ -85,17 +90,28 @@ enum {
     HAB_DEGENERATE = 403,
     /* The model has no section {first}. */
     HAB_UNSUPPORTED = 501,
+    /* The function is for models of kind {first}; this one is of kind {second}. */
+    HAB_WRONG_KIND = 502,
+    /* The vertices share a state of {first} floats: use hab_evaluation_init. */
+    HAB_NEEDS_EVALUATION = 511,
     /* A fault of this library; please report it. */
     HAB_INTERNAL = 901,
 };
 
-/* What hab_fit_workspace_bytes returns, for arrays whose size a compiler must know; frame is one of hab_frame. */
+/* What hab_fit_workspace_bytes returns, for models whose vertices share no state and for arrays whose size a compiler must know; frame is one of hab_frame. */
 #define HAB_FIT_WORKSPACE_BYTES(identity_dim, pose_dim, frame) \
     HAB_FIT_WORKSPACE_OF_((size_t)(identity_dim) + (size_t)(pose_dim), \
                           (size_t)(identity_dim) + (size_t)(pose_dim) + HAB_FRAME_DIM_(frame))
-/* Bytes of workspace of a prepared form of n_blocks blocks whose free mode has free_dim weights: what hab_prepared_workspace_bytes says. */
+/* Bytes of workspace of a prepared form of a bilinear model, of n_blocks blocks, whose free mode has free_dim weights: what hab_prepared_workspace_bytes says. */
 #define HAB_PREPARED_WORKSPACE_BYTES(free_dim, n_blocks) \
     (((size_t)(free_dim) + 1) * (size_t)(n_blocks) * 3 * HAB_BLOCK_VERTICES * sizeof(float))
+/* Bytes that suffice for the workspace of an evaluation of a skinned model; hab_evaluation_workspace_bytes says how many of them a certain model needs. derivatives is 1 or 0. */
+#define HAB_SKINNED_WORKSPACE_BYTES(identity_dim, pose_dim, n_joints, derivatives) \
+    (sizeof(float) * ((size_t)(identity_dim) + (size_t)(pose_dim) + 29 * (size_t)(n_joints) + \
+                      ((derivatives) ? (size_t)(n_joints) * (4 + 3 * (size_t)(identity_dim)) + 12 * (size_t)(pose_dim) : 0)))
+/* Bytes that suffice for the workspace of a fit of a skinned model; hab_model_fit_workspace_bytes says how many of them a certain model needs. */
+#define HAB_SKINNED_FIT_WORKSPACE_BYTES(identity_dim, pose_dim, n_joints, frame) \
+    (HAB_FIT_WORKSPACE_BYTES(identity_dim, pose_dim, frame) + HAB_SKINNED_WORKSPACE_BYTES(identity_dim, pose_dim, n_joints, 1))
 
 #define HAB_FRAME_DIM_(frame) ((frame) == HAB_FRAME_FIXED ? (size_t)0 : (frame) == HAB_FRAME_RIGID ? (size_t)6 : (size_t)7)
 #define HAB_FIT_WORKSPACE_OF_(weights, all) \
@@ -105,6 +121,11 @@ enum {
  * Number of the binary interface. It grows with every function that is added; what exists keeps its meaning.
  */
 #define HAB_ABI_VERSION 1
+
+/**
+ * The parent of a joint that has none.
+ */
+#define HAB_NO_PARENT 4294967295
 
 /**
  * Vertices of a block: ranges that begin and end at multiples of it cost no double work, and derivatives come in such blocks.
@@ -133,6 +154,46 @@ enum hab_kind {
      * Vertices are bilinear in identity and pose.
      */
     HAB_KIND_BILINEAR = 1,
+    /**
+     * Vertices are linear in the identity; there are no pose weights.
+     */
+    HAB_KIND_LINEAR = 2,
+    /**
+     * A rest shape linear in the identity, a skeleton whose angles are the pose, and skinning.
+     */
+    HAB_KIND_SKINNED = 3,
+    /**
+     * A wavelet transform on a grid, each coefficient bilinear in weights of its own.
+     */
+    HAB_KIND_WAVELET = 4,
+};
+
+/**
+ * How the motions of the joints that hold a vertex are blended; functions take it as a uint32_t.
+ */
+enum hab_blend {
+    /**
+     * Their matrices: linear blend skinning.
+     */
+    HAB_BLEND_LINEAR = 0,
+    /**
+     * Their dual quaternions, which keep the volume of a twisted limb.
+     */
+    HAB_BLEND_DUAL_QUATERNION = 1,
+};
+
+/**
+ * Whether joints follow the identity; functions take it as a uint32_t.
+ */
+enum hab_joints {
+    /**
+     * They stand where the rest shape of the identity has them.
+     */
+    HAB_JOINTS_REGRESSED = 0,
+    /**
+     * They stand where the mean shape has them; then the model is bilinear in identity and bone transforms.
+     */
+    HAB_JOINTS_MEAN = 1,
 };
 
 /**
@@ -208,6 +269,62 @@ enum hab_section_id {
      * What the model misses of shapes it was not trained on: principal components of its residuals, one standard deviation each, mm: components, vertices, 3.
      */
     HAB_SECTION_REMAINDER = 17,
+    /**
+     * The first term of each block, the mean shape, where the coefficients have 16 or 8 bits: blocks, 3, 16.
+     */
+    HAB_SECTION_OFFSETS = 18,
+    /**
+     * Scale and offset of the 8-bit codes of each term and axis of a block: blocks, terms, 3, 2.
+     */
+    HAB_SECTION_RANGES = 19,
+    /**
+     * How far a quantised model lies from the one it was made from, millimetres: mean, root of the mean square, and largest distance of a vertex.
+     */
+    HAB_SECTION_QUANTISATION_ERROR = 20,
+    /**
+     * The joint that carries each joint; HAB_NO_PARENT for a root.
+     */
+    HAB_SECTION_JOINT_PARENTS = 21,
+    /**
+     * Axis of each joint in the standard posture, all zero for one that turns about all of them: joints, 3.
+     */
+    HAB_SECTION_JOINT_AXES = 22,
+    /**
+     * Position of each joint in the mean shape, millimetres: joints, 3.
+     */
+    HAB_SECTION_JOINT_POSITIONS = 23,
+    /**
+     * How each joint follows the identity, millimetres per weight: joints, identity_dim, 3.
+     */
+    HAB_SECTION_JOINT_BASIS = 24,
+    /**
+     * Name of each joint, a line each.
+     */
+    HAB_SECTION_JOINT_NAMES = 25,
+    /**
+     * First entry of each block in the two following sections, and their number: blocks + 1.
+     */
+    HAB_SECTION_SKIN_STARTS = 26,
+    /**
+     * Joint of each entry.
+     */
+    HAB_SECTION_SKIN_JOINTS = 27,
+    /**
+     * Weight with which the entry's joint holds each vertex of the block: entries, 16.
+     */
+    HAB_SECTION_SKIN_WEIGHTS = 28,
+    /**
+     * Lower bound of each pose weight, radians.
+     */
+    HAB_SECTION_POSE_LOWER = 29,
+    /**
+     * Upper bound of each pose weight, radians.
+     */
+    HAB_SECTION_POSE_UPPER = 30,
+    /**
+     * Grid of a wavelet model: width and height of its base, levels, transform.
+     */
+    HAB_SECTION_GRID = 31,
 };
 
 /**
@@ -226,6 +343,14 @@ enum hab_element {
      * 32-bit reals.
      */
     HAB_ELEMENT_F32 = 3,
+    /**
+     * 16-bit reals.
+     */
+    HAB_ELEMENT_F16 = 4,
+    /**
+     * 8-bit codes, which HAB_SECTION_RANGES gives a meaning.
+     */
+    HAB_ELEMENT_I8 = 5,
 };
 
 /**
@@ -262,6 +387,10 @@ enum hab_prior {
      * Each weight within so many standard deviations of its mean as the factor says.
      */
     HAB_PRIOR_BOX = 2,
+    /**
+     * Each pose weight within the bounds of the file, HAB_SECTION_POSE_LOWER and HAB_SECTION_POSE_UPPER; the factor counts for nothing. There are no bounds of identity weights.
+     */
+    HAB_PRIOR_BOUNDS = 3,
 };
 
 /**
@@ -312,7 +441,7 @@ typedef struct hab_model {
     /**
      * Of this library alone.
      */
-    uint64_t opaque[32];
+    uint64_t opaque[80];
 } hab_model;
 
 /**
@@ -359,6 +488,26 @@ typedef struct hab_counts {
      * Blocks of HAB_BLOCK_VERTICES vertices, the last one padded.
      */
     uint32_t n_blocks;
+    /**
+     * How the coefficients are stored, see hab_element.
+     */
+    uint32_t element;
+    /**
+     * 1 when vertices share a state, so that positions come from a hab_evaluation; 0 when hab_model_evaluate and the like do, too.
+     */
+    uint32_t needs_evaluation;
+    /**
+     * Joints of a skinned model; 0 in others.
+     */
+    uint32_t n_joints;
+    /**
+     * How a skinned model blends the motions of its joints, see hab_blend; 0 in others.
+     */
+    uint32_t blend;
+    /**
+     * Whether the joints of a skinned model follow the identity, see hab_joints; 0 in others.
+     */
+    uint32_t joints;
 } hab_counts;
 
 /**
@@ -397,15 +546,57 @@ typedef struct hab_section {
 } hab_section;
 
 /**
- * A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, which must stay where it is,
- * unchanged, as long as it is used; the model is no longer needed.
+ * A joint of a skinned model. Set struct_bytes to sizeof(hab_joint) before the call.
+ */
+typedef struct hab_joint {
+    /**
+     * sizeof(hab_joint), so that later versions can add members.
+     */
+    uint32_t struct_bytes;
+    /**
+     * The joint that carries it, which has a smaller number; HAB_NO_PARENT for a root.
+     */
+    uint32_t parent;
+    /**
+     * Its first pose weight.
+     */
+    uint32_t first_weight;
+    /**
+     * Its pose weights, radians: 1, the angle about its axis; or 3, a rotation vector.
+     */
+    uint32_t n_weights;
+    /**
+     * Axis in the standard posture, of unit length; all zero for a joint that turns about all of them.
+     */
+    float axis[3];
+    /**
+     * Position in the mean shape, millimetres.
+     */
+    float position[3];
+} hab_joint;
+
+/**
+ * A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, and that of a skinned model
+ * with the identity fixed also to the bytes of the model file; they must stay where they are, unchanged, as long as it is used. The hab_model is no longer needed.
  */
 typedef struct hab_prepared {
     /**
      * Of this library alone.
      */
-    uint64_t opaque[16];
+    uint64_t opaque[64];
 } hab_prepared;
+
+/**
+ * A model of any kind, or a prepared form of one, at some weights; of fixed size: put it on the stack, copy it, forget it. It refers to its workspace, to the bytes of the model file
+ * and to the workspace of the form, which must stay where they are, unchanged, as long as it is used; hab_model, hab_prepared and the weights are no longer needed. Several threads may
+ * use one evaluation at the same time. For the next weights call hab_evaluation_init again, over the same workspace if you like.
+ */
+typedef struct hab_evaluation {
+    /**
+     * Of this library alone.
+     */
+    uint64_t opaque[88];
+} hab_evaluation;
 
 /**
  * How to fit; hab_fit_options_init fills it with what suits landmarks of a face.
@@ -620,7 +811,7 @@ hab_code hab_model_find_section(const struct hab_model *model,
                                 struct hab_error_detail *detail);
 
 /**
- * Copies integers of a section in the byte order of this machine: triangles (three a face), landmark vertices, mirror vertices.
+ * Copies integers of a section in the byte order of this machine: triangles (three a face), landmark vertices, mirror vertices, parents of joints.
  *
  * Returns HAB_OK, HAB_UNSUPPORTED when the file has no such section, HAB_BAD_OPTION (2) when its elements are no integers, HAB_INDEX_OUT_OF_RANGE when
  * first + values_len exceeds its elements, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
@@ -635,7 +826,7 @@ hab_code hab_model_read_u32(const struct hab_model *model,
                             struct hab_error_detail *detail);
 
 /**
- * Copies reals of a section in the byte order of this machine: means, scales, precisions, starting poses, spectra.
+ * Copies reals of a section in the byte order of this machine: means, scales, precisions, starting poses, spectra, bounds, joints.
  *
  * Returns as hab_model_read_u32; HAB_BAD_OPTION (2) when the section's elements are no reals.
  *
@@ -681,9 +872,48 @@ hab_code hab_model_weights(const struct hab_model *model,
                            struct hab_error_detail *detail);
 
 /**
- * Positions of all vertices, millimetres, xyz after xyz. Needs no workspace.
+ * Joint number `index`, from 0; its name is line `index` of HAB_SECTION_JOINT_NAMES, see hab_model_text.
  *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH (number of weights, or positions_len other than 3 * n_vertices), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9,
+ * Returns HAB_OK, HAB_UNSUPPORTED when the model has no joints, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, or HAB_BAD_STRUCT when
+ * joint->struct_bytes is not set.
+ *
+ * Requires: `model` was opened; `joint` can be read and written; `detail` is null or can be written.
+ */
+hab_code hab_model_joint(const struct hab_model *model,
+                         uint32_t index,
+                         struct hab_joint *joint,
+                         struct hab_error_detail *detail);
+
+/**
+ * Blends motions in another way than the file says, see hab_blend, from the next hab_evaluation_init, hab_prepared_init or fit on; what was made before stays as it
+ * is. Copies of the hab_model keep their own way. No other thread may use the hab_model meanwhile.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown blend, HAB_WRONG_KIND when the model is not skinned, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED,
+ * HAB_OVERLAP.
+ *
+ * Requires: `model` was opened and can be written; `detail` is null or can be written.
+ */
+hab_code hab_model_set_blend(struct hab_model *model,
+                             uint32_t blend,
+                             struct hab_error_detail *detail);
+
+/**
+ * Lets joints follow the identity or stay, see hab_joints; else as hab_model_set_blend. A model that is opened follows the identity where its file knows how.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown choice, HAB_WRONG_KIND when the model is not skinned, HAB_UNSUPPORTED when the file does not know how joints follow
+ * the identity, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+ *
+ * Requires: As hab_model_set_blend.
+ */
+hab_code hab_model_set_joints(struct hab_model *model,
+                              uint32_t joints,
+                              struct hab_error_detail *detail);
+
+/**
+ * Positions of all vertices, millimetres, xyz after xyz, without a workspace: for models whose vertices share no state (hab_counts.needs_evaluation is 0: bilinear and linear
+ * ones). A hab_evaluation does the same for every kind of model.
+ *
+ * Returns HAB_OK, HAB_NEEDS_EVALUATION for models with a state, HAB_DIMENSION_MISMATCH (number of weights, or positions_len other than 3 * n_vertices), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9,
  * counted over identity, then pose), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
  *
  * Requires: `model` was opened; the others point to as many elements as are said; `detail` is null or can be written.
@@ -743,7 +973,8 @@ hab_code hab_model_linearise(const struct hab_model *model,
 /**
  * Bytes of workspace that hab_prepared_init needs for n_blocks blocks of HAB_BLOCK_VERTICES vertices.
  *
- * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+ * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_WRONG_KIND for a model with one mode alone (linear), HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER,
+ * HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
  *
  * Requires: `model` was opened; `workspace_bytes` can be written; `detail` is null or can be written.
  */
@@ -757,11 +988,13 @@ hab_code hab_prepared_workspace_bytes(const struct hab_model *model,
 /**
  * Fixes the weights of one mode for n_blocks blocks of vertices from first_block on. Vertex v of the form is vertex HAB_BLOCK_VERTICES * first_block + v of the model.
  *
- * With the pose fixed, the form gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the model's;
- * they are the same on every machine.
+ * With the pose fixed, the form of a bilinear model gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the
+ * model's; of a skinned model it is the other way round, but for corrective terms. The bits are the same on every machine.
  *
- * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER,
- * HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
+ * The form of a skinned model with the identity fixed needs a hab_evaluation, as the model does.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_WRONG_KIND for a model with one mode alone (linear), HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE,
+ * HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
  *
  * Requires: `model` was opened; `weights` points to `weights_len` elements; `workspace`, aligned as a float, to `workspace_bytes` bytes that stay unchanged while the form is
  * used; `prepared` can be written; `detail` is null or can be written.
@@ -780,7 +1013,7 @@ hab_code hab_prepared_init(const struct hab_model *model,
 /**
  * Positions of n_vertices vertices of a form from first_vertex on, millimetres, xyz after xyz; weights are those of the mode that is not fixed.
  *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+ * Returns HAB_OK, HAB_NEEDS_EVALUATION for a form whose vertices share a state (skinned, the identity fixed), HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
  *
  * Requires: `prepared` was made by hab_prepared_init; the others point to as many elements as are said; `detail` is null or can be written.
  */
@@ -813,6 +1046,91 @@ hab_code hab_prepared_linearise(const struct hab_prepared *prepared,
                                 struct hab_error_detail *detail);
 
 /**
+ * Bytes of workspace that hab_evaluation_init needs for a model, or for a form of one when prepared is not null; then the model is not looked at and may be null. derivatives is 1 when
+ * hab_evaluation_linearise will be called, else 0.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (3) for another number of derivatives, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+ *
+ * Requires: `model` was opened or is not looked at, `prepared` is null or was made by hab_prepared_init; `workspace_bytes` can be written; `detail` is null or can be written.
+ */
+hab_code hab_evaluation_workspace_bytes(const struct hab_model *model,
+                                        const struct hab_prepared *prepared,
+                                        uint32_t derivatives,
+                                        size_t *workspace_bytes,
+                                        struct hab_error_detail *detail);
+
+/**
+ * Begins an evaluation: checks the weights, copies them into the workspace, and writes there what all vertices share (the motions of the joints of a skinned model).
+ *
+ * prepared is null, or a form of the model, of all or of some blocks: then the model is not looked at and may be null, and the fixed mode has no weights here (length 0). The bits are those of
+ * hab_model_evaluate and hab_prepared_evaluate, where these do.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH (number of weights), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9, counted over identity, then pose), HAB_BAD_OPTION (7) for
+ * derivatives other than 0 and 1, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
+ *
+ * Requires: `model` was opened or is not looked at, `prepared` is null or was made by hab_prepared_init; `identity` and `pose` point to as many elements as are said; `workspace`, aligned as a
+ * float, to `workspace_bytes` bytes that stay unchanged while the evaluation is used; `evaluation` can be written; `detail` is null or can be written.
+ */
+hab_code hab_evaluation_init(const struct hab_model *model,
+                             const struct hab_prepared *prepared,
+                             const float *identity,
+                             size_t identity_len,
+                             const float *pose,
+                             size_t pose_len,
+                             uint32_t derivatives,
+                             void *workspace,
+                             size_t workspace_bytes,
+                             struct hab_evaluation *evaluation,
+                             struct hab_error_detail *detail);
+
+/**
+ * Positions of n_vertices vertices from first_vertex on, millimetres, xyz after xyz. Any split into ranges gives the same bits. Vertex v of a form is vertex
+ * HAB_BLOCK_VERTICES * first_block + v of the model.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH (positions_len other than 3 * n_vertices), HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+ *
+ * Requires: `evaluation` was made by hab_evaluation_init; `positions` points to as many elements as are said; `detail` is null or can be written.
+ */
+hab_code hab_evaluation_positions(const struct hab_evaluation *evaluation,
+                                  uint32_t first_vertex,
+                                  uint32_t n_vertices,
+                                  float *positions,
+                                  size_t positions_len,
+                                  struct hab_error_detail *detail);
+
+/**
+ * Positions of n_blocks blocks from first_block on and their derivatives by every free weight, laid out as those of hab_model_linearise, with D the number of weights
+ * that the evaluation was begun with.
+ *
+ * Returns as hab_evaluation_positions, and HAB_BAD_OPTION (7) when the evaluation was begun with derivatives of 0.
+ *
+ * Requires: As hab_evaluation_positions; `values` and `jacobian` point to as many elements as are said.
+ */
+hab_code hab_evaluation_linearise(const struct hab_evaluation *evaluation,
+                                  uint32_t first_block,
+                                  uint32_t n_blocks,
+                                  float *values,
+                                  size_t values_len,
+                                  float *jacobian,
+                                  size_t jacobian_len,
+                                  struct hab_error_detail *detail);
+
+/**
+ * Where n_joints joints from first_joint on stand in the pose, millimetres, xyz after xyz.
+ *
+ * Returns HAB_OK, HAB_UNSUPPORTED when there are no joints (another kind of model, or a form whose pose is fixed), HAB_DIMENSION_MISMATCH (positions_len other than 3 * n_joints),
+ * HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+ *
+ * Requires: As hab_evaluation_positions.
+ */
+hab_code hab_evaluation_joint_positions(const struct hab_evaluation *evaluation,
+                                        uint32_t first_joint,
+                                        uint32_t n_joints,
+                                        float *positions,
+                                        size_t positions_len,
+                                        struct hab_error_detail *detail);
+
+/**
  * Fills options with: rigid frame, placement from the data, Gaussian priors with factor 1, noise of 1 mm, at most 50 iterations, relative decrease 1.9e-6,
  * damping 1e-3. options_bytes is sizeof(hab_fit_options) of the program, so that a later library writes no more.
  *
@@ -824,11 +1142,25 @@ hab_code hab_fit_options_init(struct hab_fit_options *options,
                               size_t options_bytes);
 
 /**
- * Bytes of workspace that a fit needs; HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0 for an unknown frame.
+ * Bytes of workspace that a fit needs to a model whose vertices share no state (hab_counts.needs_evaluation is 0); HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0
+ * for an unknown frame. hab_model_fit_workspace_bytes knows every model.
  */
 size_t hab_fit_workspace_bytes(uint32_t identity_dim,
                                uint32_t pose_dim,
                                uint32_t frame);
+
+/**
+ * Bytes of workspace that a fit to a model of any kind needs, or through a form of all its blocks when prepared is not null.
+ *
+ * Returns HAB_OK, HAB_BAD_OPTION (3) for an unknown frame, HAB_DIMENSION_MISMATCH when the form is not of the whole model, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+ *
+ * Requires: `model` was opened, `prepared` is null or was made by hab_prepared_init; `workspace_bytes` can be written; `detail` is null or can be written.
+ */
+hab_code hab_model_fit_workspace_bytes(const struct hab_model *model,
+                                       const struct hab_prepared *prepared,
+                                       uint32_t frame,
+                                       size_t *workspace_bytes,
+                                       struct hab_error_detail *detail);
 
 /**
  * Finds weights and placement from the model's landmarks: a maximum a posteriori estimate for measurements with independent noise.
@@ -836,14 +1168,14 @@ size_t hab_fit_workspace_bytes(uint32_t identity_dim,
  * prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
  * iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
  * null with length 0 says that all were; the target of a missing one is not looked at and may be NaN. identity and pose hold the start and receive the result; so does
- * placement, whose start counts only when options->place is 0. report may be null.
+ * placement, whose start counts only when options->place is 0. The workspace has hab_model_fit_workspace_bytes. report may be null.
  *
  * Start from the mean of the training data (hab_model_weights with deviations of 0); in a model without statistics set both priors to HAB_PRIOR_NONE and start from one of
  * its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
  * factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
  *
  * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
- * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
+ * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics or bounds for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
  * HAB_BAD_LENGTH.
  *
  * Requires: `model` was opened, `prepared` is null or was made by hab_prepared_init; the others point to as many elements as are said; `report` and `detail` are null or can be written.

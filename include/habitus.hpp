@@ -7,10 +7,17 @@
 //     auto positions = face->evaluate(identity.value(), pose.value());    // x y z of each vertex, millimetres
 //     auto fit = face->fit_landmarks(targets);                    // result<fit_result>
 //
+//     auto body = habitus::model_file::read("body.hab").value();
+//     auto posed = body.begin(identity, angles).value();          // evaluation: positions, derivatives, joints at these weights
+//     auto joints = posed.joint_positions();                      // result<std::vector<habitus::point>>
+//
 // A call that can fail returns a result: test it, then use `*` and `->`, or ask error(); value() throws where exceptions are on and
 // ends the program where they are off. Files compiled with and without exceptions can be linked together. Each call that returns a
 // std::vector has a twin that writes to a span of the caller's and allocates nothing. What a call writes is untouched when it fails;
 // only the workspace of a fit, which is scratch, may have changed.
+//
+// evaluate and linearise take models of every kind; those twins of them that allocate nothing answer HAB_NEEDS_EVALUATION for models whose vertices
+// share a state (bodies), for which `begin` keeps that state in an evaluation.
 //
 // A model is a view of its bytes and can be copied freely; model_file owns them. Texts and sections lie in these bytes, so they are not
 // handed out by a temporary model_file: give the file a name first. Any number of threads may use one object at the same time, as
@@ -316,7 +323,29 @@ enum class checksums { verify, skip };
 enum class frame : std::uint32_t { fixed = HAB_FRAME_FIXED, rigid = HAB_FRAME_RIGID, similarity = HAB_FRAME_SIMILARITY };
 
 /// What a fit knows of the weights before it sees the data.
-enum class prior : std::uint32_t { none = HAB_PRIOR_NONE, gaussian = HAB_PRIOR_GAUSSIAN, box = HAB_PRIOR_BOX };
+enum class prior : std::uint32_t {
+    none = HAB_PRIOR_NONE,
+    gaussian = HAB_PRIOR_GAUSSIAN,
+    box = HAB_PRIOR_BOX,
+    bounds = HAB_PRIOR_BOUNDS
+};
+
+/// What kind of model it is.
+enum class kind : std::uint32_t {
+    bilinear = HAB_KIND_BILINEAR,
+    linear = HAB_KIND_LINEAR,
+    skinned = HAB_KIND_SKINNED,
+    wavelet = HAB_KIND_WAVELET
+};
+
+/// How a skinned model blends the motions of its joints.
+enum class blend : std::uint32_t { linear = HAB_BLEND_LINEAR, dual_quaternion = HAB_BLEND_DUAL_QUATERNION };
+
+/// Whether the joints of a skinned model follow the identity.
+enum class joints : std::uint32_t { regressed = HAB_JOINTS_REGRESSED, mean = HAB_JOINTS_MEAN };
+
+/// Whether an evaluation will give derivatives, which takes more memory.
+enum class derivatives : std::uint32_t { no = 0, yes = 1 };
 
 /// Why a fit stopped.
 enum class fit_status : std::uint32_t {
@@ -429,10 +458,119 @@ struct linearisation {
     std::vector<float> jacobian;
 };
 
+// ----------------------------------------------------------------------------------------------------------------- evaluations
+
+/// A model or a prepared form at some weights; made by their functions begin. Owns its memory; what it reads beside must live as long as it: the bytes of the
+/// model file, and the form. Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED.
+class evaluation {
+public:
+    evaluation(evaluation&& other) noexcept { *this = std::move(other); }
+    evaluation& operator=(evaluation&& other) noexcept {
+        if (this != &other) {
+            workspace_ = std::move(other.workspace_);
+            n_vertices_ = other.n_vertices_;
+            n_blocks_ = other.n_blocks_;
+            n_joints_ = other.n_joints_;
+            dim_ = other.dim_;
+            begun_ = std::exchange(other.begun_, hab_evaluation{});
+        }
+        return *this;
+    }
+    evaluation(const evaluation&) = delete;
+    evaluation& operator=(const evaluation&) = delete;
+    ~evaluation() = default;
+
+    std::uint32_t n_vertices() const noexcept { return n_vertices_; }
+    std::uint32_t n_blocks() const noexcept { return n_blocks_; }
+    /// Joints of a skinned model; 0 in others, and in forms whose pose is fixed.
+    std::uint32_t n_joints() const noexcept { return n_joints_; }
+    /// Number of weights that derivatives are taken by.
+    std::uint32_t dim() const noexcept { return dim_; }
+
+    /// Positions of all vertices, x y z after x y z, millimetres.
+    result<void> positions(span<float> out) const noexcept { return positions_range(0, n_vertices_, out); }
+    result<std::vector<float>> positions() const {
+        return detail::filled<float>(std::size_t{3} * n_vertices_, [&](span<float> out) { return positions(out); });
+    }
+    /// Positions of `count` vertices from `first` on. Any split gives the same bits.
+    result<void> positions_range(std::uint32_t first, std::uint32_t count, span<float> out) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_evaluation_positions(&begun_, first, count, out.data(), out.size(), reason);
+        });
+    }
+    /// Values and derivatives by every free weight of `count` blocks from `first` on; begun with derivatives::yes.
+    result<void> linearise(std::uint32_t first, std::uint32_t count, span<float> values, span<float> jacobian) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_evaluation_linearise(&begun_, first, count, values.data(), values.size(), jacobian.data(), jacobian.size(),
+                                            reason);
+        });
+    }
+    /// Of all blocks.
+    result<linearisation> linearise() const {
+        const std::size_t values = std::size_t{n_blocks_} * 3 * HAB_BLOCK_VERTICES;
+        linearisation out{std::vector<float>(values), std::vector<float>(values * dim_)};
+        if (const result<void> done = linearise(0, n_blocks_, out.values, out.jacobian); !done) {
+            return done.error();
+        }
+        return result<linearisation>(std::move(out));
+    }
+    /// Where the joints stand, millimetres.
+    result<std::vector<point>> joint_positions() const {
+        std::vector<point> out(n_joints_);
+        if (const result<void> done = joint_positions(0, out); !done) {
+            return done.error();
+        }
+        return result<std::vector<point>>(std::move(out));
+    }
+    /// As many from `first` on as `out` has elements.
+    result<void> joint_positions(std::uint32_t first, span<point> out) const noexcept {
+        float* const numbers = out.empty() ? nullptr : out.data()->data();
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_evaluation_joint_positions(&begun_, first, static_cast<std::uint32_t>(out.size()), numbers, 3 * out.size(), reason);
+        });
+    }
+
+    /// For functions of habitus.h.
+    const hab_evaluation* c_evaluation() const noexcept { return &begun_; }
+
+private:
+    friend class model;
+    friend class prepared;
+    evaluation() noexcept = default;
+
+    static result<evaluation> begun(const hab_model* model, const hab_prepared* form, span<const float> identity, span<const float> pose,
+                                    derivatives wanted) {
+        std::size_t bytes = 0;
+        const auto number = static_cast<std::uint32_t>(wanted);
+        result<void> done = detail::called(
+            [&](hab_error_detail* reason) { return hab_evaluation_workspace_bytes(model, form, number, &bytes, reason); });
+        evaluation made;
+        if (done) {
+            made.workspace_.resize(bytes / sizeof(float));
+            done = detail::called([&](hab_error_detail* reason) {
+                return hab_evaluation_init(model, form, identity.data(), identity.size(), pose.data(), pose.size(), number,
+                                           made.workspace_.data(), bytes, &made.begun_, reason);
+            });
+        }
+        if (!done) {
+            return done.error();
+        }
+        made.dim_ = static_cast<std::uint32_t>(identity.size() + pose.size());
+        return result<evaluation>(std::move(made));
+    }
+
+    hab_evaluation begun_{};
+    std::vector<float> workspace_{};
+    std::uint32_t n_vertices_ = 0;
+    std::uint32_t n_blocks_ = 0;
+    std::uint32_t n_joints_ = 0;
+    std::uint32_t dim_ = 0;
+};
+
 // -------------------------------------------------------------------------------------------------------------- prepared forms
 
-/// A model with the weights of one mode fixed, which costs less per evaluation; made by model::prepare. Owns its memory and no longer needs the model.
-/// Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED.
+/// A model with the weights of one mode fixed, which costs less per evaluation; made by model::prepare. Owns its memory; that of a skinned model with the identity fixed also reads the
+/// bytes of the model file, which must live on, others no longer need the model. Can be moved, not copied; one that was moved from answers HAB_NOT_OPENED.
 class prepared {
 public:
     prepared(prepared&& other) noexcept { *this = std::move(other); }
@@ -443,6 +581,7 @@ public:
             free_dim_ = other.free_dim_;
             n_blocks_ = other.n_blocks_;
             n_vertices_ = other.n_vertices_;
+            n_joints_ = other.n_joints_;
             form_ = std::exchange(other.form_, hab_prepared{});
         }
         return *this;
@@ -463,8 +602,29 @@ public:
         return evaluate_range(weights, 0, n_vertices_, positions);
     }
     result<std::vector<float>> evaluate(span<const float> weights) const {
-        return detail::filled<float>(std::size_t{3} * n_vertices_, [&](span<float> out) { return evaluate(weights, out); });
+        return detail::filled<float>(std::size_t{3} * n_vertices_, [&](span<float> out) {
+            const result<void> done = evaluate(weights, out);
+            if (done.error() != HAB_NEEDS_EVALUATION) {
+                return done;
+            }
+            const result<evaluation> begun = begin(weights);
+            return begun ? begun->positions(out) : result<void>(begun.error());
+        });
     }
+    /// An evaluation at these weights. The form must live as long as the evaluation.
+    result<evaluation> begin(span<const float> weights, derivatives wanted = derivatives::no) const& {
+        const span<const float> none;
+        const bool identity = fixed_ == mode::identity;
+        result<evaluation> begun =
+            evaluation::begun(nullptr, &form_, identity ? none : weights, identity ? weights : none, wanted);
+        if (begun) {
+            begun->n_vertices_ = n_vertices_;
+            begun->n_blocks_ = n_blocks_;
+            begun->n_joints_ = n_joints_;
+        }
+        return begun;
+    }
+    result<evaluation> begin(span<const float>, derivatives = derivatives::no) const&& = delete;
     /// Positions of `count` vertices from `first` on.
     result<void> evaluate_range(span<const float> weights, std::uint32_t first, std::uint32_t count,
                                 span<float> positions) const noexcept {
@@ -484,7 +644,12 @@ public:
     result<linearisation> linearise(span<const float> weights) const {
         const std::size_t values = std::size_t{n_blocks_} * 3 * HAB_BLOCK_VERTICES;
         linearisation out{std::vector<float>(values), std::vector<float>(values * free_dim_)};
-        if (const result<void> done = linearise(weights, 0, n_blocks_, out.values, out.jacobian); !done) {
+        result<void> done = linearise(weights, 0, n_blocks_, out.values, out.jacobian);
+        if (done.error() == HAB_NEEDS_EVALUATION) {
+            const result<evaluation> begun = begin(weights, derivatives::yes);
+            done = begun ? begun->linearise(0, n_blocks_, out.values, out.jacobian) : result<void>(begun.error());
+        }
+        if (!done) {
             return done.error();
         }
         return result<linearisation>(std::move(out));
@@ -503,6 +668,7 @@ private:
     std::uint32_t free_dim_ = 0;
     std::uint32_t n_blocks_ = 0;
     std::uint32_t n_vertices_ = 0;
+    std::uint32_t n_joints_ = 0;
 };
 
 // ---------------------------------------------------------------------------------------------------------------------- models
@@ -553,6 +719,10 @@ public:
     std::uint32_t n_poses() const noexcept { return counts_.n_poses; }
     std::uint32_t n_sections() const noexcept { return counts_.n_sections; }
     std::uint32_t n_blocks() const noexcept { return counts_.n_blocks; }
+    std::uint32_t n_joints() const noexcept { return counts_.n_joints; }
+    habitus::kind kind() const noexcept { return static_cast<habitus::kind>(counts_.kind); }
+    /// Whether vertices share a state, so that calls that allocate nothing want an evaluation.
+    bool needs_evaluation() const noexcept { return counts_.needs_evaluation != 0; }
     /// Number of weights of a mode.
     std::uint32_t dim(mode of) const noexcept { return of == mode::identity ? identity_dim() : pose_dim(); }
 
@@ -582,6 +752,45 @@ public:
             return fits;
         }
         return read(HAB_SECTION_POSE_STARTS, out, std::size_t{pose} * pose_dim());
+    }
+
+    // Of a skinned model.
+
+    /// Parent, weights, axis and position of a joint.
+    result<hab_joint> joint(std::uint32_t index) const noexcept {
+        hab_joint found{};
+        found.struct_bytes = sizeof found;
+        const result<void> done =
+            detail::called([&](hab_error_detail* reason) { return hab_model_joint(&model_, index, &found, reason); });
+        if (!done) {
+            return done.error();
+        }
+        return found;
+    }
+    /// The text lies within the model's bytes.
+    result<std::string_view> joint_name(std::uint32_t index) const noexcept { return text(HAB_SECTION_JOINT_NAMES, index); }
+    result<std::vector<std::string_view>> joint_names() const { return texts(HAB_SECTION_JOINT_NAMES, n_joints()); }
+    /// Lower and upper bound of each pose weight, radians.
+    result<std::pair<std::vector<float>, std::vector<float>>> pose_bounds() const {
+        result<std::vector<float>> lower = all<float>(HAB_SECTION_POSE_LOWER, pose_dim());
+        if (!lower) {
+            return lower.error();
+        }
+        result<std::vector<float>> upper = all<float>(HAB_SECTION_POSE_UPPER, pose_dim());
+        if (!upper) {
+            return upper.error();
+        }
+        return std::pair(*std::move(lower), *std::move(upper));
+    }
+    habitus::blend blend() const noexcept { return static_cast<habitus::blend>(counts_.blend); }
+    habitus::joints joints() const noexcept { return static_cast<habitus::joints>(counts_.joints); }
+    /// Blends motions in another way from now on; what was begun or prepared stays as it is.
+    result<void> set_blend(habitus::blend how) noexcept {
+        return altered([&](hab_error_detail* reason) { return hab_model_set_blend(&model_, static_cast<std::uint32_t>(how), reason); });
+    }
+    /// Lets joints follow the identity or stay from now on.
+    result<void> set_joints(habitus::joints how) noexcept {
+        return altered([&](hab_error_detail* reason) { return hab_model_set_joints(&model_, static_cast<std::uint32_t>(how), reason); });
     }
 
     /// Section number `index` of the file.
@@ -684,6 +893,16 @@ public:
 
     // Evaluation.
 
+    /// An evaluation at these weights, for models of every kind: several calls share what is computed once. The bytes of the file must live as long as it.
+    result<evaluation> begin(span<const float> identity, span<const float> pose, derivatives wanted = derivatives::no) const {
+        result<evaluation> begun = evaluation::begun(&model_, nullptr, identity, pose, wanted);
+        if (begun) {
+            begun->n_vertices_ = n_vertices();
+            begun->n_blocks_ = n_blocks();
+            begun->n_joints_ = n_joints();
+        }
+        return begun;
+    }
     /// Positions of all vertices, x y z after x y z, millimetres; `positions` has 3 * n_vertices() elements.
     result<void> evaluate(span<const float> identity, span<const float> pose, span<float> positions) const noexcept {
         return detail::called([&](hab_error_detail* reason) {
@@ -692,7 +911,13 @@ public:
         });
     }
     result<std::vector<float>> evaluate(span<const float> identity, span<const float> pose) const {
-        return detail::filled<float>(std::size_t{3} * n_vertices(), [&](span<float> out) { return evaluate(identity, pose, out); });
+        return detail::filled<float>(std::size_t{3} * n_vertices(), [&](span<float> out) {
+            if (!needs_evaluation()) {
+                return evaluate(identity, pose, out);
+            }
+            const result<evaluation> begun = begin(identity, pose);
+            return begun ? begun->positions(out) : result<void>(begun.error());
+        });
     }
     /// Positions of `count` vertices from `first` on; `positions` has 3 * count elements. Any split gives the same bits.
     result<void> evaluate_range(span<const float> identity, span<const float> pose, std::uint32_t first, std::uint32_t count,
@@ -710,8 +935,13 @@ public:
         if (const result<void> inside = within(first, count, n_vertices()); !inside) {
             return inside.error();
         }
-        return detail::filled<float>(std::size_t{3} * count,
-                                     [&](span<float> out) { return evaluate_range(identity, pose, first, count, out); });
+        return detail::filled<float>(std::size_t{3} * count, [&](span<float> out) {
+            if (!needs_evaluation()) {
+                return evaluate_range(identity, pose, first, count, out);
+            }
+            const result<evaluation> begun = begin(identity, pose);
+            return begun ? begun->positions_range(first, count, out) : result<void>(begun.error());
+        });
     }
     /// Values and derivatives by every weight of `count` blocks of HAB_BLOCK_VERTICES vertices from `first` on; see hab_model_linearise.
     result<void> linearise(span<const float> identity, span<const float> pose, std::uint32_t first, std::uint32_t count,
@@ -723,6 +953,10 @@ public:
     }
     /// Of all blocks.
     result<linearisation> linearise(span<const float> identity, span<const float> pose) const {
+        if (needs_evaluation()) {
+            const result<evaluation> begun = begin(identity, pose, derivatives::yes);
+            return begun ? begun->linearise() : result<linearisation>(begun.error());
+        }
         const std::size_t values = std::size_t{n_blocks()} * 3 * HAB_BLOCK_VERTICES;
         linearisation out{std::vector<float>(values), std::vector<float>(values * (identity_dim() + pose_dim()))};
         if (const result<void> done = linearise(identity, pose, 0, n_blocks(), out.values, out.jacobian); !done) {
@@ -756,14 +990,15 @@ public:
         made.free_dim_ = fixed == mode::identity ? pose_dim() : identity_dim();
         made.n_blocks_ = count;
         made.n_vertices_ = std::min(count * HAB_BLOCK_VERTICES, n_vertices() - from);
+        made.n_joints_ = fixed == mode::identity ? n_joints() : 0;
         return result<prepared>(std::move(made));
     }
 
     // Fitting.
 
-    // Both start from options.start, or from the mean of the training data. A model without statistics starts at identity weights of 0 and at the
-    // first of its poses; where it has no pose either, HAB_UNSUPPORTED, as with both modes at 0 a bilinear model does not move, and a fit could
-    // not leave the start. With a prepared form zeros do: it is affine in the weights that are left.
+    // Both start from options.start, or from the mean of the training data. Where there are no statistics, identity weights start at 0, and pose weights of a skinned model, too: that is
+    // its standard posture. A bilinear model without statistics starts at the first of its poses; where it has no pose either, HAB_UNSUPPORTED, as with both modes at 0 it does not
+    // move, and a fit could not leave the start. With a prepared form zeros do: it is affine in the weights that are left.
 
     /// Weights and placement from the model's landmarks: `targets` holds x y z of each, in the model's order.
     result<fit_result> fit_landmarks(coordinates targets, const fit_options& options = {}) const {
@@ -808,8 +1043,12 @@ public:
     }
     /// Elements of workspace that a fit with these options needs.
     std::size_t fit_workspace(const fit_options& options = {}) const noexcept {
-        const auto [identity, pose] = free_dims(options);
-        return hab_fit_workspace_bytes(identity, pose, options.numbers.frame) / sizeof(float);
+        std::size_t bytes = 0;
+        const result<void> done = detail::called([&](hab_error_detail* reason) {
+            return hab_model_fit_workspace_bytes(&model_, form_of(options), options.numbers.frame, &bytes, reason);
+        });
+        // What is wrong with them the fit will say.
+        return done ? bytes / sizeof(float) : 0;
     }
 
     /// For functions of habitus.h.
@@ -826,6 +1065,12 @@ protected:
 private:
     static const hab_prepared* form_of(const fit_options& options) noexcept {
         return options.form != nullptr ? options.form->c_form() : nullptr;
+    }
+    /// Changes the model, and what is known of it.
+    template <class Change>
+    result<void> altered(Change change) noexcept {
+        const result<void> done = detail::called(change);
+        return done ? detail::called([&](hab_error_detail* reason) { return hab_model_counts(&model_, &counts_, reason); }) : done;
     }
     /// HAB_NOT_OPENED for what was moved from.
     result<void> opened() const noexcept {
@@ -904,7 +1149,7 @@ private:
         if (found.error() != HAB_UNSUPPORTED) {
             return found;
         }
-        if (of == mode::identity || options.form != nullptr) {
+        if (of == mode::identity || options.form != nullptr || kind() == habitus::kind::skinned) {
             return std::vector<float>(dim);
         }
         if (n_poses() == 0) {
@@ -1004,6 +1249,8 @@ public:
     result<std::string_view> landmark_name(std::uint32_t landmark) const& noexcept { return model::landmark_name(landmark); }
     result<std::vector<std::string_view>> landmark_names() const& { return model::landmark_names(); }
     result<std::string_view> pose_name(std::uint32_t pose) const& noexcept { return model::pose_name(pose); }
+    result<std::string_view> joint_name(std::uint32_t index) const& noexcept { return model::joint_name(index); }
+    result<std::vector<std::string_view>> joint_names() const& { return model::joint_names(); }
     result<std::vector<std::string_view>> pose_names() const& { return model::pose_names(); }
     result<hab_section> section(std::uint32_t index) const& noexcept { return model::section(index); }
     result<hab_section> find_section(std::uint32_t id) const& noexcept { return model::find_section(id); }
@@ -1012,11 +1259,20 @@ public:
     result<std::string_view> landmark_name(std::uint32_t) const&& = delete;
     result<std::vector<std::string_view>> landmark_names() const&& = delete;
     result<std::string_view> pose_name(std::uint32_t) const&& = delete;
+    result<std::string_view> joint_name(std::uint32_t) const&& = delete;
+    result<std::vector<std::string_view>> joint_names() const&& = delete;
     result<std::vector<std::string_view>> pose_names() const&& = delete;
     result<hab_section> section(std::uint32_t) const&& = delete;
     result<hab_section> find_section(std::uint32_t) const&& = delete;
     result<std::vector<hab_section>> sections() const&& = delete;
     result<std::string_view> text(std::uint32_t, std::uint32_t) const&& = delete;
+
+    // An evaluation reads the bytes; so does the form of a skinned model.
+
+    result<evaluation> begin(span<const float> identity, span<const float> pose, derivatives wanted = derivatives::no) const& {
+        return model::begin(identity, pose, wanted);
+    }
+    result<evaluation> begin(span<const float>, span<const float>, derivatives = derivatives::no) const&& = delete;
 
 private:
     model_file(const model& opened, std::vector<std::uint8_t>&& bytes) noexcept : model(opened), bytes_(std::move(bytes)) {}

@@ -9,8 +9,11 @@ use habitus_core::Error;
 use habitus_core::format::Mode;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::{self, Prepared};
-use habitus_core::generator::{Generator, LANES, NUMBERS, Weights};
-pub use habitus_dispatch::{evaluate, fit_points, linearise, normal_equations, prepared};
+use habitus_core::generator::{At, Generator, LANES, NUMBERS, Weights};
+pub use habitus_dispatch::{
+    any_prepared, evaluate, evaluate_at, evaluate_batch_at, fit_points, linearise, linearise_at, moments,
+    normal_equations, prepared, wavelet_synthesis,
+};
 
 /// [`evaluate`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
 ///
@@ -22,11 +25,23 @@ pub fn evaluate_parallel<G: Generator + Sync>(
     out: &mut [f32],
     threads: usize,
 ) -> Result<(), Error> {
+    evaluate_at_parallel(generator, generator.begin(weights, false, &mut [])?, vertices, out, threads)
+}
+
+/// [`evaluate_at`] over threads, as [`evaluate_parallel`].
+///
+/// Errors: as [`Generator::evaluate_at`]; `out` is untouched then.
+pub fn evaluate_at_parallel<G: Generator + Sync>(
+    generator: &G,
+    at: At<'_>,
+    vertices: Range<usize>,
+    out: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
     let fits = vertices.start <= vertices.end && 3 * vertices.len() == out.len();
     if threads < 2 || !fits || vertices.end > generator.vertex_count() {
-        return evaluate(generator, weights, vertices, out);
+        return evaluate_at(generator, at, vertices, out);
     }
-    weights.check(generator.identity_dim(), generator.pose_dim())?;
     let blocks = vertices.start / LANES..vertices.end.div_ceil(LANES);
     let mut rest = out;
     let parts = split(blocks, threads).map(|part| {
@@ -35,7 +50,7 @@ pub fn evaluate_parallel<G: Generator + Sync>(
         rest = behind;
         (range, piece)
     });
-    on_threads(parts.collect(), |(range, piece)| evaluate(generator, weights, range, piece))
+    on_threads(parts.collect(), |(range, piece)| evaluate_at(generator, at, range, piece))
 }
 
 /// [`linearise`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.
@@ -49,13 +64,26 @@ pub fn linearise_parallel<G: Generator + Sync>(
     jacobian: &mut [f32],
     threads: usize,
 ) -> Result<(), Error> {
+    linearise_at_parallel(generator, generator.begin(weights, true, &mut [])?, blocks, values, jacobian, threads)
+}
+
+/// [`linearise_at`] over threads, as [`linearise_parallel`].
+///
+/// Errors: as [`Generator::linearise_at`]; the outputs are untouched then.
+pub fn linearise_at_parallel<G: Generator + Sync>(
+    generator: &G,
+    at: At<'_>,
+    blocks: Range<usize>,
+    values: &mut [f32],
+    jacobian: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
     let dim = generator.dim();
     let numbers = NUMBERS * blocks.len();
     let fits = blocks.start <= blocks.end && values.len() == numbers && jacobian.len() == numbers * dim;
     if threads < 2 || !fits || blocks.end > generator.block_count() {
-        return linearise(generator, weights, blocks, values, jacobian);
+        return linearise_at(generator, at, blocks, values, jacobian);
     }
-    weights.check(generator.identity_dim(), generator.pose_dim())?;
     let mut rest = (values, jacobian);
     let parts = split(blocks, threads).map(|part| {
         let (values, jacobian) = std::mem::take(&mut rest);
@@ -64,7 +92,7 @@ pub fn linearise_parallel<G: Generator + Sync>(
         rest = (values_behind, jacobian_behind);
         (part, value, columns)
     });
-    on_threads(parts.collect(), |(part, value, columns)| linearise(generator, weights, part, value, columns))
+    on_threads(parts.collect(), |(part, value, columns)| linearise_at(generator, at, part, value, columns))
 }
 
 /// [`prepared()`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.

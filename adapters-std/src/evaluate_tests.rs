@@ -25,6 +25,7 @@ fn file(linear: bool) -> Vec<u8> {
         pose_dim: DIM.1 as u32,
         identity_linear: linear,
         pose_linear: linear,
+        dual_quaternion: false,
     };
     let (blocks, terms) = (header.n_blocks(), header.n_terms());
     let size = |k: usize| if (k / NUMBERS).is_multiple_of(terms) { 100.0 } else { 5.0 };

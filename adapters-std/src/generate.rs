@@ -1,20 +1,28 @@
 //! From weights in standard deviations to meshes, through the kernel.
 
-use habitus_core::format::{Mode, Model};
+use habitus_core::format::{Kind, Mode, Model};
 use habitus_core::generator::{Generator, Weights};
 
 use crate::Error;
-use crate::evaluate::evaluate_parallel;
+use crate::evaluate::evaluate_at_parallel;
 use crate::mesh::Mesh;
+
+/// Weights of a mode: of all coefficients together in a wavelet model.
+pub fn weight_count(model: &Model<'_>, mode: Mode) -> usize {
+    let header = model.header();
+    let each = if header.kind == Kind::Wavelet { header.n_vertices as usize } else { 1 };
+    each * if mode == Mode::Identity { header.identity_dim } else { header.pose_dim } as usize
+}
 
 /// Weights of a mode from standard deviations: `mean + t * scale`; weights behind the last one given are at the mean.
 ///
 /// Errors: more numbers than weights, numbers that are not finite, a model without the statistics of its weights.
 pub fn weights_from_deviations(model: &Model<'_>, mode: Mode, deviations: &[f64]) -> Result<Vec<f32>, Error> {
-    let (dim, name) = match mode {
-        Mode::Identity => (model.header().identity_dim as usize, "identity"),
-        Mode::Pose => (model.header().pose_dim as usize, "expression"),
+    let name = match mode {
+        Mode::Identity => "identity",
+        Mode::Pose => "expression",
     };
+    let dim = weight_count(model, mode);
     if deviations.len() > dim {
         return Err(Error::input(format!(
             "{} {name} weights were given; this model has {dim}, give at most so many",
@@ -24,20 +32,20 @@ pub fn weights_from_deviations(model: &Model<'_>, mode: Mode, deviations: &[f64]
     if let Some(index) = deviations.iter().position(|value| !value.is_finite()) {
         return Err(Error::input(format!("{name} weight {index} is not a finite number")));
     }
-    let gaussian = model.gaussian(mode).ok_or_else(|| {
+    let spread = model.spread(mode).ok_or_else(|| {
         Error::input(format!(
             "the model does not say how its {name} weights are distributed; train it with this program"
         ))
     })?;
     let all = deviations.iter().copied().chain(std::iter::repeat(0.0));
-    let weights = gaussian.mean.iter().zip(gaussian.scale.iter()).zip(all);
+    let weights = spread.mean.iter().zip(spread.scale.iter()).zip(all);
     Ok(weights.map(|((mean, scale), t)| (f64::from(mean) + t * f64::from(scale)) as f32).collect())
 }
 
 /// Weights in standard deviations: the inverse of [`weights_from_deviations`].
 pub fn deviations_of_weights(model: &Model<'_>, mode: Mode, weights: &[f32]) -> Option<Vec<f64>> {
-    let gaussian = model.gaussian(mode)?;
-    let pairs = gaussian.mean.iter().zip(gaussian.scale.iter()).zip(weights);
+    let spread = model.spread(mode)?;
+    let pairs = spread.mean.iter().zip(spread.scale.iter()).zip(weights);
     Some(pairs.map(|((mean, scale), weight)| f64::from(weight - mean) / f64::from(scale)).collect())
 }
 
@@ -60,11 +68,12 @@ pub fn weights_of_expression(model: &Model<'_>, name: &str) -> Result<Vec<f32>, 
 /// Positions of all vertices, mm, xyz after xyz.
 pub fn positions(model: &Model<'_>, identity: &[f32], pose: &[f32]) -> Result<Vec<f32>, Error> {
     let kernel = |error| Error::Kernel { what: "the model cannot be evaluated".into(), error };
-    let generator = model.bilinear().map_err(kernel)?;
+    let generator = model.generator().map_err(kernel)?;
     let n = generator.vertex_count();
+    let mut state = vec![0.0; generator.state_req(false).numbers()];
+    let at = generator.begin(Weights { identity, pose }, false, &mut state).map_err(kernel)?;
     let mut out = vec![0.0; 3 * n];
-    let threads = rayon::current_num_threads();
-    evaluate_parallel(&generator, Weights { identity, pose }, 0..n, &mut out, threads).map_err(kernel)?;
+    evaluate_at_parallel(&generator, at, 0..n, &mut out, rayon::current_num_threads()).map_err(kernel)?;
     Ok(out)
 }
 

@@ -1,5 +1,6 @@
 //! Deterministic bilinear models at three sizes.
 
+use habitus::io::model::quantise;
 use habitus_core::format::{Checksums, ElementType, Header, Kind, Model, SectionId, SectionSource, write, written_len};
 use habitus_core::generator::NUMBERS;
 use habitus_core::generator::bilinear::Bilinear;
@@ -55,6 +56,7 @@ impl ModelMemory {
             pose_dim: size.pose as u32,
             identity_linear: false,
             pose_linear: false,
+            dual_quaternion: false,
         };
         let (blocks, terms) = (header.n_blocks(), header.n_terms());
         let mut coefficients = vec![0u8; 4 * blocks * terms * NUMBERS];
@@ -76,6 +78,15 @@ impl ModelMemory {
         let identity = (0..size.identity).map(|k| noise(1_000_000 + k)).collect();
         let pose = (0..size.pose).map(|k| noise(2_000_000 + k)).collect();
         ModelMemory { bytes, from, len, identity, pose }
+    }
+
+    /// The file of the same model in another storage.
+    ///
+    /// # Panics
+    /// As [`ModelMemory::new`].
+    pub fn stored(&self, element: ElementType) -> Vec<u8> {
+        let model = Model::open_with(&self.bytes[self.from..self.from + self.len], Checksums::Skip);
+        quantise(&model.expect("the model that was written"), element).expect("a model of f32").0
     }
 
     /// The generator.

@@ -32,7 +32,7 @@ pub enum Error {
     },
     /// Nothing to work with: no samples, no landmarks.
     Empty,
-    /// A sample breaks a rule: its normal has not unit length.
+    /// A sample breaks a rule: its normal has not unit length, or it is at no vertex where one is asked for.
     BadSample {
         /// Its position among the samples.
         index: u32,
@@ -116,6 +116,18 @@ pub enum Error {
     },
     /// Points that do not determine a placement: fewer than three, or on a line.
     Degenerate,
+    /// The model is of another kind, or its coefficients are stored in another way, than the function is for.
+    WrongKind {
+        /// The kind, or the element type, that the function is for.
+        expected: u32,
+        /// What the model has.
+        found: u32,
+    },
+    /// A column of a least-squares problem depends on those before it, to rounding.
+    RankDeficient {
+        /// The column.
+        index: u32,
+    },
     /// The model has no such part, for instance no landmarks.
     Unsupported {
         /// Identifier of the section that would be needed.
@@ -151,7 +163,9 @@ pub enum Code {
     NonPositivePivot = 401,
     NotConverged = 402,
     Degenerate = 403,
+    RankDeficient = 404,
     Unsupported = 501,
+    WrongKind = 502,
 }
 
 impl Error {
@@ -179,7 +193,9 @@ impl Error {
             Error::NonPositivePivot { .. } => Code::NonPositivePivot,
             Error::NotConverged { .. } => Code::NotConverged,
             Error::Degenerate => Code::Degenerate,
+            Error::RankDeficient { .. } => Code::RankDeficient,
             Error::Unsupported { .. } => Code::Unsupported,
+            Error::WrongKind { .. } => Code::WrongKind,
         }
     }
 }
@@ -188,13 +204,16 @@ impl Error {
     /// The two numbers of the error in the order of their declaration, zero where it has fewer.
     pub const fn numbers(self) -> [u32; 2] {
         match self {
-            Error::DimensionMismatch { expected, found } => [expected, found],
+            Error::DimensionMismatch { expected, found } | Error::WrongKind { expected, found } => [expected, found],
             Error::IndexOutOfRange { index, limit } => [index, limit],
             Error::OutputTooSmall { needed, given } | Error::WorkspaceTooSmall { needed, given } => [needed, given],
             Error::Truncated { needed, found } => [needed, found],
             Error::BadContent { section, index } => [section, index],
             Error::LimitExceeded { found, limit } => [found, limit],
-            Error::NotFinite { index } | Error::BadSample { index } | Error::NonPositivePivot { index } => [index, 0],
+            Error::NotFinite { index }
+            | Error::BadSample { index }
+            | Error::NonPositivePivot { index }
+            | Error::RankDeficient { index } => [index, 0],
             Error::BadOption { option } => [option, 0],
             Error::UnknownVersion { version } => [version, 0],
             Error::BadHeader { offset } => [offset, 0],
@@ -216,7 +235,12 @@ impl fmt::Display for Error {
             Error::IndexOutOfRange { index, limit } => write!(f, "index {index} is not below {limit}"),
             Error::NotFinite { index } => write!(f, "value {index} is not finite"),
             Error::BadOption { option } => write!(f, "option {option} is outside its allowed values"),
-            Error::BadSample { index } => write!(f, "sample {index} has a normal that is not of unit length"),
+            Error::BadSample { index } => {
+                write!(
+                    f,
+                    "sample {index} has a normal that is not of unit length, or is at no vertex where one is asked for"
+                )
+            }
             Error::Empty => f.write_str("nothing to work with: no samples were given"),
             Error::OutputTooSmall { needed, given } => {
                 write!(f, "the output holds {given} values, {needed} are needed")
@@ -250,6 +274,10 @@ impl fmt::Display for Error {
             Error::NonPositivePivot { index } => write!(f, "the matrix is not positive definite at row {index}"),
             Error::NotConverged { iterations } => write!(f, "no convergence after {iterations} iterations"),
             Error::Degenerate => f.write_str("the points do not determine a placement: fewer than three, or on a line"),
+            Error::WrongKind { expected, found } => {
+                write!(f, "the function is for models of kind or storage {expected}, this one has {found}")
+            }
+            Error::RankDeficient { index } => write!(f, "column {index} depends on those before it"),
             Error::Unsupported { section } => write!(f, "the model has no section {section}"),
         }
     }

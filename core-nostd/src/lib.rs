@@ -8,7 +8,7 @@
 //!
 //! Data flow: [`format::Model::open`] checks the bytes of a model file once and hands out views; a [`generator`] evaluates
 //! `F(w): R^d -> R^3n` (Wuhrer, eq. 8.1) by ranges of vertices; [`fit`] finds the weights and the placement that explain landmarks
-//! or points. [`prior`], [`solve`], [`rotation`] and [`linalg`] are what they stand on.
+//! or points. [`prior`], [`solve`], [`rotation`] and [`linalg`] are what they stand on. [`isometry`] measures maps between surfaces (ch. 3).
 #![no_std]
 #![forbid(unsafe_code)]
 
@@ -20,13 +20,19 @@ mod error;
 pub mod fit;
 pub mod format;
 pub mod generator;
+mod interop;
+pub mod isometry;
 pub mod linalg;
 pub mod prior;
+pub mod quantise;
 pub mod real;
 pub mod rotation;
+pub mod skeleton;
+pub mod skinning;
 pub mod solve;
 #[cfg(test)]
 mod testing;
+pub mod wavelet;
 pub mod workspace;
 
 pub use error::{Code, Error};

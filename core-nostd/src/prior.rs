@@ -1,7 +1,7 @@
-//! Priors on the weights of a mode (Wuhrer, definition 6 and ch. 8, 12): a Gaussian or a box.
+//! Priors on the weights of a mode (Wuhrer, definition 6 and ch. 8, 9, 12): a Gaussian or a box.
 
 use crate::Error;
-use crate::format::Gaussian;
+use crate::format::{Floats, Gaussian};
 use crate::linalg::{at, set};
 use crate::workspace::check_len;
 
@@ -14,15 +14,25 @@ pub enum Prior<'a> {
     Gaussian(Gaussian<'a>, f32),
     /// Uniform within so many standard deviations of the mean, each weight alone (box prior).
     Box(Gaussian<'a>, f32),
+    /// Uniform between a lower and an upper bound of each weight: the limits of a body's angles (ch. 9), see
+    /// [`Model::pose_bounds`](crate::format::Model::pose_bounds).
+    Bounds(Floats<'a>, Floats<'a>),
 }
 
 impl Prior<'_> {
-    /// `Ok` when it fits `dim` weights and its factor is a number above zero.
+    /// `Ok` when it fits `dim` weights and its factor is a number above zero, or no lower bound exceeds the upper one.
     ///
     /// Errors: `DimensionMismatch`, `BadOption` (1).
     pub fn check(&self, dim: usize) -> Result<(), Error> {
         match self {
             Prior::None => Ok(()),
+            Prior::Bounds(lower, upper) => {
+                check_len(dim, lower.len())?;
+                check_len(dim, upper.len())?;
+                // Also false for NaN.
+                let ordered = lower.iter().zip(upper.iter()).all(|(lower, upper)| lower <= upper);
+                if ordered { Ok(()) } else { Err(Error::BadOption { option: 1 }) }
+            }
             Prior::Gaussian(gaussian, factor) | Prior::Box(gaussian, factor) => {
                 check_len(dim, gaussian.mean.len())?;
                 check_len(dim, gaussian.scale.len())?;
@@ -32,15 +42,20 @@ impl Prior<'_> {
         }
     }
 
-    /// Writes the bounds of each weight, `mean -+ scale * factor`; infinite where there are none.
+    /// Writes the bounds of each weight, `mean -+ scale * factor` or those that are given; infinite where there are none.
     pub fn write_bounds(&self, lower: &mut [f32], upper: &mut [f32]) {
         for (index, (lower, upper)) in lower.iter_mut().zip(upper).enumerate() {
-            (*lower, *upper) = (f32::NEG_INFINITY, f32::INFINITY);
-            if let Prior::Box(gaussian, factor) = self {
-                let mean = gaussian.mean.get(index).unwrap_or(0.0);
-                let width = gaussian.scale.get(index).unwrap_or(0.0) * *factor;
-                (*lower, *upper) = (mean - width, mean + width);
-            }
+            (*lower, *upper) = match self {
+                Prior::Box(gaussian, factor) => {
+                    let mean = gaussian.mean.get(index).unwrap_or(0.0);
+                    let width = gaussian.scale.get(index).unwrap_or(0.0) * *factor;
+                    (mean - width, mean + width)
+                }
+                Prior::Bounds(low, high) => {
+                    (low.get(index).unwrap_or(f32::NEG_INFINITY), high.get(index).unwrap_or(f32::INFINITY))
+                }
+                Prior::None | Prior::Gaussian(..) => (f32::NEG_INFINITY, f32::INFINITY),
+            };
         }
     }
 
@@ -65,5 +80,36 @@ impl Prior<'_> {
             energy += image * (weight - gaussian.mean.get(i).unwrap_or(0.0));
         }
         energy
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::bytes_of;
+
+    #[test]
+    fn bounds_are_those_that_are_given_and_add_no_energy() {
+        let [lower, upper] = [bytes_of(&[-1.0, 0.0]), bytes_of(&[2.0, 0.0])];
+        let prior = Prior::Bounds(Floats::new(&lower), Floats::new(&upper));
+        assert_eq!(prior.check(2), Ok(()));
+        let (mut low, mut high) = ([7.0; 2], [7.0; 2]);
+        prior.write_bounds(&mut low, &mut high);
+        assert_eq!((low, high), ([-1.0, 0.0], [2.0, 0.0]));
+        let (mut jtj, mut jtr) = ([1.0; 4], [1.0; 2]);
+        assert_eq!(prior.add_to(&[5.0, 5.0], &mut jtj, &mut jtr, 2, 0), 0.0);
+        assert_eq!((jtj, jtr), ([1.0; 4], [1.0; 2]));
+    }
+
+    #[test]
+    fn bounds_of_another_number_or_order_are_refused() {
+        let [lower, upper, nan] = [bytes_of(&[-1.0, 0.0]), bytes_of(&[2.0, 0.0]), bytes_of(&[f32::NAN, 0.0])];
+        let [lower, upper, nan] = [&lower, &upper, &nan].map(|bytes| Floats::new(bytes));
+        let mismatch = |expected, found| Err(Error::DimensionMismatch { expected, found });
+        assert_eq!(Prior::Bounds(lower, upper).check(3), mismatch(3, 2));
+        assert_eq!(Prior::Bounds(lower, upper.part(0, 1).unwrap()).check(2), mismatch(2, 1));
+        assert_eq!(Prior::Bounds(upper, lower).check(2), Err(Error::BadOption { option: 1 }));
+        assert_eq!(Prior::Bounds(nan, upper).check(2), Err(Error::BadOption { option: 1 }));
+        assert_eq!(Prior::Bounds(lower, lower).check(2), Ok(()));
     }
 }

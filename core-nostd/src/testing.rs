@@ -3,6 +3,8 @@
 use std::vec::Vec;
 
 use crate::format::{ElementType, Header, Kind, SectionId, SectionSource, write, written_len};
+use crate::generator::Block;
+use crate::quantise::{f16_of, quantised};
 
 /// A stream of numbers in -1..1 (xorshift).
 pub struct Stream(u32);
@@ -25,7 +27,15 @@ impl Stream {
 }
 
 pub fn header(n_vertices: u32, identity_dim: u32, pose_dim: u32, linear: bool) -> Header {
-    Header { kind: Kind::Bilinear, n_vertices, identity_dim, pose_dim, identity_linear: linear, pose_linear: linear }
+    Header {
+        kind: Kind::Bilinear,
+        n_vertices,
+        identity_dim,
+        pose_dim,
+        identity_linear: linear,
+        pose_linear: linear,
+        dual_quaternion: false,
+    }
 }
 
 pub fn bytes_of(values: &[f32]) -> Vec<u8> {
@@ -109,4 +119,224 @@ pub fn float_section<'a>(id: SectionId, shape: &'a [u32], bytes: &'a [u8]) -> Se
 /// Cases of a property test: 1 000 per change (`PROPTEST_CASES` overrides, 100 000 before a release).
 pub fn cases() -> u32 {
     std::env::var("PROPTEST_CASES").ok().and_then(|cases| cases.parse().ok()).unwrap_or(1000)
+}
+
+/// The coefficients of `n_blocks x n_terms` terms, offsets included, as the sections of a storage.
+pub fn stored(
+    values: &[f32],
+    n_terms: usize,
+    used: usize,
+    element: ElementType,
+) -> Vec<(SectionId, ElementType, Vec<u32>, Vec<u8>)> {
+    let blocks: Vec<&[[f32; 48]]> = values.as_chunks::<48>().0.chunks_exact(n_terms).collect();
+    let n_blocks = blocks.len() as u32;
+    let terms = n_terms as u32;
+    if element == ElementType::F32 {
+        return vec![(SectionId::Coefficients, element, vec![n_blocks, terms, 3, 16], bytes_of(values))];
+    }
+    let offsets: Vec<f32> = blocks.iter().flat_map(|block| block[0]).collect();
+    let mut sections = vec![(SectionId::Offsets, ElementType::F32, vec![n_blocks, 3, 16], bytes_of(&offsets))];
+    let (mut bytes, mut ranges) = (Vec::new(), Vec::new());
+    for (index, block) in blocks.iter().enumerate() {
+        for term in &block[1..] {
+            if element == ElementType::F16 {
+                bytes.extend(term.iter().flat_map(|&value| f16_of(value).to_le_bytes()));
+            } else {
+                let term = quantised(&Block::load(term), used.saturating_sub(16 * index).min(16));
+                bytes.extend(term.codes.map(|code| code as u8));
+                ranges.extend(term.ranges.into_iter().flatten());
+            }
+        }
+    }
+    sections.push((SectionId::Coefficients, element, vec![n_blocks, terms - 1, 3, 16], bytes));
+    if element == ElementType::I8 {
+        sections.push((SectionId::Ranges, ElementType::F32, vec![n_blocks, terms - 1, 3, 2], bytes_of(&ranges)));
+    }
+    sections
+}
+
+/// A small body: joints (parent, axis of a revolute one), corrective terms, dual quaternions, storage.
+#[derive(Debug, Clone)]
+pub struct Body {
+    pub n_vertices: u32,
+    pub identity_dim: u32,
+    pub joints: Vec<(u32, Option<[f32; 3]>)>,
+    pub corrections: bool,
+    pub dual: bool,
+    pub element: ElementType,
+}
+
+impl Body {
+    pub fn new(n_vertices: u32, identity_dim: u32) -> Self {
+        let joints = vec![
+            (u32::MAX, None),
+            (0, Some([1.0, 0.0, 0.0])),
+            (1, Some([0.0, 0.6, 0.8])),
+            (2, None),
+            (0, Some([0.0, 0.0, 1.0])),
+        ];
+        Body { n_vertices, identity_dim, joints, corrections: false, dual: false, element: ElementType::F32 }
+    }
+
+    pub fn header(&self) -> Header {
+        let pose_dim = self.joints.iter().map(|(_, axis)| if axis.is_some() { 1 } else { 3 }).sum();
+        Header {
+            kind: Kind::Skinned,
+            n_vertices: self.n_vertices,
+            identity_dim: self.identity_dim,
+            pose_dim,
+            identity_linear: true,
+            pose_linear: self.corrections,
+            dual_quaternion: self.dual,
+        }
+    }
+
+    pub fn file(&self, seed: u32) -> Vec<u8> {
+        let header = self.header();
+        let mut stream = Stream::new(seed);
+        let (j, d, n) = (self.joints.len(), self.identity_dim, self.n_vertices as usize);
+        let n_terms = header.n_terms() + if self.corrections { 9 * j } else { 0 };
+        let mut values = Vec::new();
+        for block in 0..header.n_blocks() {
+            for term in 0..n_terms {
+                for lane in 0..48 {
+                    let used = block * 16 + lane % 16 < n;
+                    let size = if term == 0 { 300.0 } else { 10.0 };
+                    values.push(if used { size * stream.next() } else { 0.0 });
+                }
+            }
+        }
+        let mut sections = stored(&values, n_terms, n, self.element);
+        let words = |values: &[u32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+        let parents: Vec<u32> = self.joints.iter().map(|joint| joint.0).collect();
+        let axes: Vec<f32> = self.joints.iter().flat_map(|joint| joint.1.unwrap_or_default()).collect();
+        let positions: Vec<f32> = stream.take(3 * j).iter().map(|value| 200.0 * value).collect();
+        let basis: Vec<f32> = stream.take(3 * j * d as usize).iter().map(|value| 5.0 * value).collect();
+        let (mut starts, mut joints, mut weights) = (vec![0], Vec::new(), Vec::new());
+        for block in 0..header.n_blocks() {
+            // Two or three joints a block, a random share of each.
+            let first = block % (j - 2);
+            let held: Vec<usize> = (first..first + 2 + block % 2).collect();
+            let shares: Vec<Vec<f32>> = (0..16)
+                .map(|lane| {
+                    let raw: Vec<f32> = held.iter().map(|_| (1.0 + stream.next()).max(0.01)).collect();
+                    let used = if block * 16 + lane < n { 1.0 } else { 0.0 };
+                    raw.iter().map(|value| used * value / raw.iter().sum::<f32>()).collect()
+                })
+                .collect();
+            for (position, joint) in held.iter().enumerate() {
+                joints.push(*joint as u32);
+                weights.extend(shares.iter().map(|share| share[position]));
+            }
+            starts.push(joints.len() as u32);
+        }
+        let (j, entries, f) = (j as u32, joints.len() as u32, ElementType::F32);
+        let u = ElementType::U32;
+        sections.extend([
+            (SectionId::JointParents, u, vec![j], words(&parents)),
+            (SectionId::JointAxes, f, vec![j, 3], bytes_of(&axes)),
+            (SectionId::JointPositions, f, vec![j, 3], bytes_of(&positions)),
+            (SectionId::JointBasis, f, vec![j, d, 3], bytes_of(&basis)),
+            (SectionId::SkinStarts, u, vec![starts.len() as u32], words(&starts)),
+            (SectionId::SkinJoints, u, vec![entries], words(&joints)),
+            (SectionId::SkinWeights, f, vec![entries, 16], bytes_of(&weights)),
+            (SectionId::PoseLower, f, vec![header.pose_dim], bytes_of(&vec![-1.0; header.pose_dim as usize])),
+            (SectionId::PoseUpper, f, vec![header.pose_dim], bytes_of(&vec![2.0; header.pose_dim as usize])),
+            (SectionId::JointNames, ElementType::U8, vec![2 * j - 1], "j\n".repeat(j as usize).trim_end().into()),
+        ]);
+        file_of_sections(&header, &sections)
+    }
+}
+
+/// A linear model.
+pub fn linear_file(n_vertices: u32, dim: u32, element: ElementType, seed: u32) -> Vec<u8> {
+    let kind = Kind::Linear;
+    let header = Header {
+        kind,
+        n_vertices,
+        identity_dim: dim,
+        pose_dim: 0,
+        identity_linear: true,
+        pose_linear: false,
+        dual_quaternion: false,
+    };
+    let sections = stored(&coefficients(&header, seed), header.n_terms(), n_vertices as usize, element);
+    file_of_sections(&header, &sections)
+}
+
+/// A bilinear model without anything but its coefficients.
+pub fn bilinear_file(header: &Header, element: ElementType, seed: u32) -> Vec<u8> {
+    let n = header.n_vertices as usize;
+    file_of_sections(header, &stored(&coefficients(header, seed), header.n_terms(), n, element))
+}
+
+/// A small wavelet model.
+#[derive(Debug, Clone)]
+pub struct Waves {
+    pub base: [u32; 2],
+    pub levels: u32,
+    pub bilinear: bool,
+    pub dims: [u32; 2],
+    pub element: ElementType,
+}
+
+impl Waves {
+    pub fn new(base: [u32; 2], levels: u32) -> Self {
+        Waves { base, levels, bilinear: false, dims: [3, 2], element: ElementType::F32 }
+    }
+
+    pub fn header(&self) -> Header {
+        let [width, height] = self.base.map(|size| ((size - 1) << self.levels) + 1);
+        Header { kind: Kind::Wavelet, ..header(width * height, self.dims[0], self.dims[1], false) }
+    }
+
+    /// Means of about 100 mm at the base and less on finer levels, terms of about a tenth.
+    pub fn values(&self, seed: u32) -> Vec<f32> {
+        let header = self.header();
+        let base = (self.base[0] * self.base[1]) as usize;
+        let mut values = coefficients(&header, seed);
+        let per_block = 48 * header.n_terms();
+        for (k, value) in values.iter_mut().enumerate() {
+            if k / per_block * 16 + k % 16 >= base {
+                *value *= 0.1;
+            }
+        }
+        values
+    }
+
+    pub fn file(&self, seed: u32) -> Vec<u8> {
+        let (header, f) = (self.header(), ElementType::F32);
+        let n = header.n_vertices;
+        let mut sections = stored(&self.values(seed), header.n_terms(), n as usize, self.element);
+        let grid = [self.base[0], self.base[1], self.levels, u32::from(self.bilinear)];
+        let words = |values: &[u32]| values.iter().flat_map(|value| value.to_le_bytes()).collect::<Vec<u8>>();
+        let mut stream = Stream::new(seed + 1);
+        for (ids, dim) in [
+            ([SectionId::IdentityMean, SectionId::IdentityScale], self.dims[0]),
+            ([SectionId::PoseMean, SectionId::PoseScale], self.dims[1]),
+        ] {
+            let count = n * dim;
+            let mean: Vec<f32> = stream.take(count as usize).iter().map(|value| 1.0 + 0.2 * value).collect();
+            let scale: Vec<f32> = stream.take(count as usize).iter().map(|value| 0.6 + 0.2 * value).collect();
+            sections.push((ids[0], f, vec![count], bytes_of(&mean)));
+            sections.push((ids[1], f, vec![count], bytes_of(&scale)));
+        }
+        sections.push((SectionId::Landmarks, ElementType::U32, vec![4], words(&[0, n / 3, n / 2, n - 1])));
+        sections.push((SectionId::Grid, ElementType::U32, vec![4], words(&grid)));
+        file_of_sections(&header, &sections)
+    }
+}
+
+pub fn file_of_sections(header: &Header, sections: &[(SectionId, ElementType, Vec<u32>, Vec<u8>)]) -> Vec<u8> {
+    let sources: Vec<SectionSource<'_>> = sections
+        .iter()
+        .map(|(id, element, shape, bytes)| SectionSource {
+            id: *id as u32,
+            may_ignore: id.may_ignore(),
+            element: *element,
+            shape,
+            bytes,
+        })
+        .collect();
+    file_of(header, &sources)
 }

@@ -12,10 +12,14 @@ use core::ops::Range;
 use habitus_core::Error;
 use habitus_core::fit::{self, FitOptions, FitReport, Frame, Samples};
 use habitus_core::format::Mode;
+use habitus_core::generator::any::AnyGenerator;
+use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::Prepared;
-use habitus_core::generator::{Generator, Weights};
+use habitus_core::generator::{At, Generator, Weights};
 use habitus_core::rotation::similarity::Similarity;
+use habitus_core::solve::procrustes::Moments;
+use habitus_core::wavelet::{Grid, Wavelet, transform};
 
 /// A call with its arguments.
 trait Call {
@@ -98,6 +102,57 @@ dispatched! {
 }
 
 dispatched! {
+    /// [`Generator::evaluate_at`] on one thread.
+    pub fn evaluate_at['a, G: Generator]['a, G](
+        generator: &'a G,
+        at: At<'a>,
+        vertices: Range<usize>,
+        out: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate_at(at, vertices, out)
+    }
+}
+
+dispatched! {
+    /// [`Generator::evaluate_batch_at`] on one thread.
+    pub fn evaluate_batch_at['a, G: Generator]['a, G](
+        generator: &'a G,
+        ats: &'a [At<'a>],
+        vertices: Range<usize>,
+        out: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate_batch_at(ats, vertices, out)
+    }
+}
+
+dispatched! {
+    /// [`Generator::linearise_at`] on one thread.
+    pub fn linearise_at['a, G: Generator]['a, G](
+        generator: &'a G,
+        at: At<'a>,
+        blocks: Range<usize>,
+        values: &'a mut [f32],
+        jacobian: &'a mut [f32],
+    ) -> Result<(), Error> {
+        generator.linearise_at(at, blocks, values, jacobian)
+    }
+}
+
+dispatched! {
+    /// [`AnyGenerator::prepared`] on one thread.
+    pub fn any_prepared['a, 'm: 'w, 'w]['a, 'm, 'w](
+        generator: &'a AnyGenerator<'m>,
+        fixed: Mode,
+        weights: &'a [f32],
+        blocks: Range<usize>,
+        workspace: &'w mut [f32],
+    ) -> Result<AnyPrepared<'w, 'm>, Error>
+    {
+        generator.prepared(fixed, weights, blocks, workspace)
+    }
+}
+
+dispatched! {
     /// [`Prepared::new`] on one thread; the result is evaluated by [`evaluate`] and [`linearise`].
     pub fn prepared['a, 'm, 'w]['a, 'm, 'w](
         generator: &'a Bilinear<'m>,
@@ -138,5 +193,28 @@ dispatched! {
         workspace: &'a mut [f32],
     ) -> Result<FitReport, Error> {
         fit::fit_points(generator, samples, options, identity, pose, placement, workspace)
+    }
+}
+
+dispatched! {
+    /// [`Moments::add_all`] of new moments on one thread.
+    pub fn moments['a]['a](sources: &'a [[f32; 3]], targets: &'a [[f32; 3]]) -> Result<Moments<f32>, Error> {
+        let mut moments = Moments::new();
+        moments.add_all(sources, targets)?;
+        Ok(moments)
+    }
+}
+
+dispatched! {
+    /// [`transform::synthesis`] on one thread.
+    pub fn wavelet_synthesis['a]['a](
+        grid: &'a Grid,
+        wavelet: Wavelet,
+        level: usize,
+        coefficients: &'a [f32],
+        out: &'a mut [f32],
+        workspace: &'a mut [f32],
+    ) -> Result<(), Error> {
+        transform::synthesis(grid, wavelet, level, coefficients, out, workspace)
     }
 }

@@ -6,7 +6,7 @@
 //     const kernel = await Habitus.load(fetch("habitus.wasm"));
 //     const model = kernel.open(await (await fetch("face.hab")).arrayBuffer());
 //     const identity = model.weights("identity", [1, -0.5]), pose = model.weights("pose", []);
-//     const positions = model.evaluate({ identity, pose });  // Float32Array: xyz after xyz, millimetres
+//     const positions = model.evaluate({ identity, pose });  // Float32Array: xyz after xyz, millimetres; models of every kind
 //     model.close();
 //
 // The module allocates nothing: every buffer lies in pages that this file asks WebAssembly for and hands out again (class Heap). Numbers are
@@ -50,12 +50,22 @@
     HAB_NOT_CONVERGED: 402,
     HAB_DEGENERATE: 403,
     HAB_UNSUPPORTED: 501,
+    HAB_WRONG_KIND: 502,
+    HAB_NEEDS_EVALUATION: 511,
     HAB_INTERNAL: 901,
     HAB_ABI_VERSION: 1,
+    HAB_NO_PARENT: 4294967295,
     HAB_BLOCK_VERTICES: 16,
     HAB_MODE_IDENTITY: 0,
     HAB_MODE_POSE: 1,
     HAB_KIND_BILINEAR: 1,
+    HAB_KIND_LINEAR: 2,
+    HAB_KIND_SKINNED: 3,
+    HAB_KIND_WAVELET: 4,
+    HAB_BLEND_LINEAR: 0,
+    HAB_BLEND_DUAL_QUATERNION: 1,
+    HAB_JOINTS_REGRESSED: 0,
+    HAB_JOINTS_MEAN: 1,
     HAB_SECTION_COEFFICIENTS: 1,
     HAB_SECTION_FACES: 2,
     HAB_SECTION_LANDMARKS: 3,
@@ -73,15 +83,32 @@
     HAB_SECTION_POSE_SPECTRUM: 15,
     HAB_SECTION_PROVENANCE: 16,
     HAB_SECTION_REMAINDER: 17,
+    HAB_SECTION_OFFSETS: 18,
+    HAB_SECTION_RANGES: 19,
+    HAB_SECTION_QUANTISATION_ERROR: 20,
+    HAB_SECTION_JOINT_PARENTS: 21,
+    HAB_SECTION_JOINT_AXES: 22,
+    HAB_SECTION_JOINT_POSITIONS: 23,
+    HAB_SECTION_JOINT_BASIS: 24,
+    HAB_SECTION_JOINT_NAMES: 25,
+    HAB_SECTION_SKIN_STARTS: 26,
+    HAB_SECTION_SKIN_JOINTS: 27,
+    HAB_SECTION_SKIN_WEIGHTS: 28,
+    HAB_SECTION_POSE_LOWER: 29,
+    HAB_SECTION_POSE_UPPER: 30,
+    HAB_SECTION_GRID: 31,
     HAB_ELEMENT_U8: 1,
     HAB_ELEMENT_U32: 2,
     HAB_ELEMENT_F32: 3,
+    HAB_ELEMENT_F16: 4,
+    HAB_ELEMENT_I8: 5,
     HAB_FRAME_FIXED: 0,
     HAB_FRAME_RIGID: 1,
     HAB_FRAME_SIMILARITY: 2,
     HAB_PRIOR_NONE: 0,
     HAB_PRIOR_GAUSSIAN: 1,
     HAB_PRIOR_BOX: 2,
+    HAB_PRIOR_BOUNDS: 3,
     HAB_STATUS_CONVERGED: 0,
     HAB_STATUS_ITERATION_LIMIT: 1,
     HAB_STATUS_STALLED: 2,
@@ -98,13 +125,13 @@
       },
     },
     hab_model: {
-      bytes: 256,
+      bytes: 640,
       members: {
-        opaque: [0, "u64", 32],
+        opaque: [0, "u64", 80],
       },
     },
     hab_counts: {
-      bytes: 40,
+      bytes: 60,
       members: {
         structBytes: [0, "u32"],
         kind: [4, "u32"],
@@ -116,6 +143,11 @@
         nPoses: [28, "u32"],
         nSections: [32, "u32"],
         nBlocks: [36, "u32"],
+        element: [40, "u32"],
+        needsEvaluation: [44, "u32"],
+        nJoints: [48, "u32"],
+        blend: [52, "u32"],
+        joints: [56, "u32"],
       },
     },
     hab_section: {
@@ -130,10 +162,27 @@
         dataBytes: [36, "u32"],
       },
     },
-    hab_prepared: {
-      bytes: 128,
+    hab_joint: {
+      bytes: 40,
       members: {
-        opaque: [0, "u64", 16],
+        structBytes: [0, "u32"],
+        parent: [4, "u32"],
+        firstWeight: [8, "u32"],
+        nWeights: [12, "u32"],
+        axis: [16, "f32", 3],
+        position: [28, "f32", 3],
+      },
+    },
+    hab_prepared: {
+      bytes: 512,
+      members: {
+        opaque: [0, "u64", 64],
+      },
+    },
+    hab_evaluation: {
+      bytes: 704,
+      members: {
+        opaque: [0, "u64", 88],
       },
     },
     hab_fit_options: {
@@ -196,7 +245,7 @@
    * @property {"fixed" | "rigid" | "similarity"} [frame]
    * @property {boolean} [place] whether the first placement is found from the data
    * @property {"none" | "gaussian" | "box"} [identityPrior]
-   * @property {"none" | "gaussian" | "box"} [posePrior]
+   * @property {"none" | "gaussian" | "box" | "bounds"} [posePrior]
    * @property {number} [identityFactor]
    * @property {number} [poseFactor]
    * @property {number} [noise] standard deviation of the measured positions, millimetres
@@ -301,6 +350,27 @@
     }
   }
 
+  /** Memory that several objects read: the last of them gives it back. */
+  class Shared {
+    #heap;
+    #users = 1;
+
+    constructor(heap, pointer) {
+      this.#heap = heap;
+      this.pointer = pointer;
+    }
+
+    hold() {
+      this.#users++;
+      return this;
+    }
+
+    release() {
+      this.#users--;
+      if (this.#users === 0) this.#heap.give(this.pointer);
+    }
+  }
+
   /** The memory of one call; all of it is given back at the end. */
   class Frame {
     #heap;
@@ -399,6 +469,8 @@
     return MODES[mode];
   }
 
+  const closed = (what) => new HabitusError(CONSTANTS.HAB_NOT_OPENED, "HAB_NOT_OPENED", `The ${what} is closed.`, [1, 0]);
+
   function outputOf(out) {
     if (out !== undefined && !(out instanceof Float32Array)) throw new TypeError("the output is a Float32Array");
     return out;
@@ -428,7 +500,7 @@
       return this.#heap.memory.buffer.byteLength;
     }
 
-    /** Bytes of it that open models, prepared forms and this file hold. */
+    /** Bytes of it that open models, prepared forms, evaluations and this file hold. */
     get usedBytes() {
       return this.#heap.usedBytes;
     }
@@ -486,11 +558,6 @@
       }
     }
 
-    /** For this file: bytes of a fit's workspace. */
-    fitWorkspaceBytes(identityDim, poseDim, frame) {
-      return this.#exports.hab_fit_workspace_bytes(identityDim, poseDim, frame) >>> 0;
-    }
-
     #error(code, detailed) {
       const detail = detailed ? read(this.#heap.view, "hab_error_detail", this.#detail) : { first: 0, second: 0, argument: 0 };
       write(this.#heap.view, "hab_error_detail", this.#detail, { code, ...detail });
@@ -517,19 +584,23 @@
       this.#kernel = kernel;
       this.#heap = heap;
       this.#struct = struct;
-      this.#file = file;
-      this.#counts = Object.freeze(
-        kernel.framed((frame, detail) => {
+      this.#file = new Shared(heap, file);
+      this.#counts = this.#counted();
+    }
+
+    #counted() {
+      return Object.freeze(
+        this.#kernel.framed((frame, detail) => {
           const counts = frame.struct("hab_counts");
-          kernel.call("hab_model_counts", struct, counts, detail);
-          return read(heap.view, "hab_counts", counts);
+          this.#call("hab_model_counts", counts, detail);
+          return read(this.#heap.view, "hab_counts", counts);
         }),
       );
     }
 
     /**
      * What the model has of everything.
-     * @type {Readonly<{kind: number, nVertices: number, identityDim: number, poseDim: number, nFaces: number, nLandmarks: number, nPoses: number, nSections: number, nBlocks: number}>}
+     * @type {Readonly<{kind: number, nVertices: number, identityDim: number, poseDim: number, nFaces: number, nLandmarks: number, nPoses: number, nSections: number, nBlocks: number, element: number, needsEvaluation: number, nJoints: number, blend: number, joints: number}>}
      */
     get counts() {
       return this.#counts;
@@ -539,11 +610,11 @@
       return this.#struct !== 0;
     }
 
-    /** Gives the memory back. Closing twice does nothing; everything but counts then throws HAB_NOT_OPENED. */
+    /** Gives the memory back, the bytes of the file once nothing reads them any more. Closing twice does nothing; everything but counts then throws HAB_NOT_OPENED. */
     close() {
       if (!this.isOpen) return;
       this.#heap.give(this.#struct);
-      this.#heap.give(this.#file);
+      this.#file.release();
       this.#struct = 0;
     }
 
@@ -572,6 +643,44 @@
       const { nPoses, poseDim } = this.#counts;
       const all = nPoses > 0 ? this.readF32(CONSTANTS.HAB_SECTION_POSE_STARTS) : new Float32Array(0);
       return Array.from({ length: nPoses }, (_, k) => all.slice(k * poseDim, (k + 1) * poseDim));
+    }
+
+    /**
+     * The joints of a skinned model, parents first; none in others. A joint has one weight, its angle about the axis, or three, a rotation vector; radians.
+     * @returns {{name: string, parent: number | null, firstWeight: number, nWeights: number, axis: number[] | null, position: number[]}[]}
+     */
+    joints() {
+      const names = this.#names(CONSTANTS.HAB_SECTION_JOINT_NAMES, this.#counts.nJoints);
+      return Array.from({ length: this.#counts.nJoints }, (_, k) =>
+        this.#kernel.framed((frame, detail) => {
+          const struct = frame.struct("hab_joint");
+          this.#call("hab_model_joint", k, struct, detail);
+          const joint = read(this.#heap.view, "hab_joint", struct);
+          if (joint.parent === CONSTANTS.HAB_NO_PARENT) joint.parent = null;
+          if (joint.axis.every((value) => value === 0)) joint.axis = null;
+          return { name: names[k] ?? "", ...joint };
+        }),
+      );
+    }
+
+    /** Bounds of the pose weights, radians; undefined if the file has none. @returns {{lower: Float32Array, upper: Float32Array} | undefined} */
+    poseBounds() {
+      return this.#optional(() => ({
+        lower: this.readF32(CONSTANTS.HAB_SECTION_POSE_LOWER),
+        upper: this.readF32(CONSTANTS.HAB_SECTION_POSE_UPPER),
+      }));
+    }
+
+    /** How a skinned model blends motions from now on, HAB_BLEND_...; what was begun or prepared stays as it is. @param {number} blend */
+    setBlend(blend) {
+      this.#kernel.framed((_, detail) => this.#call("hab_model_set_blend", index(blend, "blend"), detail));
+      this.#counts = this.#counted();
+    }
+
+    /** Whether the joints of a skinned model follow the identity from now on, HAB_JOINTS_.... @param {number} joints */
+    setJoints(joints) {
+      this.#kernel.framed((_, detail) => this.#call("hab_model_set_joints", index(joints, "joints"), detail));
+      this.#counts = this.#counted();
     }
 
     /** The sections of the file. @returns {{id: number, element: number, rank: number, shape: number[], dataBytes: number}[]} */
@@ -625,11 +734,25 @@
     }
 
     /**
+     * The model at some weights, of every kind: what all vertices share is computed once.
+     * @param {Weights} weights
+     * @param {{derivatives?: boolean}} [options] derivatives: linearise will be called
+     * @returns {Evaluation}
+     */
+    begin(weights, { derivatives = false } = {}) {
+      if (!this.isOpen) throw closed("model");
+      const { nVertices, nBlocks, nJoints, identityDim, poseDim } = this.#counts;
+      const sizes = { nVertices, nBlocks, nJoints, dim: identityDim + poseDim };
+      return begun(this.#kernel, this.#heap, [this.#struct, 0], (frame) => weightsOf(frame, weights), derivatives, [this.#file], sizes);
+    }
+
+    /**
      * Positions of all vertices, millimetres, xyz after xyz.
      * @param {Weights} weights
      * @param {Float32Array} [out] takes the result: 3 * nVertices numbers; untouched when the call fails
      */
     evaluate(weights, out) {
+      if (this.#counts.needsEvaluation) return used(this.begin(weights), (evaluation) => evaluation.positions(out));
       return this.#kernel.framed((frame, detail) => {
         const given = weightsOf(frame, weights);
         const positions = frame.floats(outputOf(out) === undefined ? 3 * this.#counts.nVertices : out.length);
@@ -640,6 +763,9 @@
 
     /** Positions of nVertices vertices from firstVertex on; the same bits as in the whole. */
     evaluateRange(weights, firstVertex, nVertices, out) {
+      if (this.#counts.needsEvaluation) {
+        return used(this.begin(weights), (evaluation) => evaluation.positionsRange(firstVertex, nVertices, out));
+      }
       return this.#kernel.framed((frame, detail) => {
         const given = weightsOf(frame, weights);
         const range = [index(firstVertex, "firstVertex"), index(nVertices, "nVertices")];
@@ -656,6 +782,9 @@
      */
     linearise(weights, firstBlock, nBlocks) {
       const { identityDim, poseDim } = this.#counts;
+      if (this.#counts.needsEvaluation) {
+        return used(this.begin(weights, { derivatives: true }), (evaluation) => evaluation.linearise(firstBlock, nBlocks));
+      }
       return this.#kernel.framed((frame, detail) =>
         linearised(frame, nBlocks, this.#counts.nBlocks, identityDim + poseDim, (outputs) =>
           this.#call("hab_model_linearise", ...weightsOf(frame, weights), index(firstBlock, "firstBlock"), nBlocks, ...outputs, detail),
@@ -683,10 +812,12 @@
           owned.push(heap.take(STRUCTS.hab_prepared.bytes));
           owned.push(heap.take(workspaceBytes));
           this.#call("hab_prepared_init", mode, ...fixed, ...range, owned[1], workspaceBytes, owned[0], detail);
-          const { nVertices, nBlocks: all, identityDim, poseDim } = this.#counts;
+          const { nVertices, identityDim, poseDim, nJoints, needsEvaluation } = this.#counts;
           const vertices = Math.min(CONSTANTS.HAB_BLOCK_VERTICES * (firstBlock + nBlocks), nVertices) - CONSTANTS.HAB_BLOCK_VERTICES * firstBlock;
           const dim = fixedMode === "identity" ? poseDim : identityDim;
-          return new Prepared(this.#kernel, heap, owned, fixedMode, Math.max(0, vertices), nBlocks, dim, nBlocks === all ? this : null);
+          const sizes = { nVertices: Math.max(0, vertices), nBlocks, nJoints: fixedMode === "identity" ? nJoints : 0, dim };
+          // The form of a body reads the file, too.
+          return new Prepared(this.#kernel, heap, owned, fixedMode, sizes, needsEvaluation ? this.#file.hold() : null);
         });
       } catch (error) {
         owned.forEach((pointer) => heap.give(pointer));
@@ -757,7 +888,8 @@
         const placement = frame.struct("hab_placement", { scale, rotation, translation });
         const report = frame.struct("hab_fit_report");
         const frameNumber = read(this.#heap.view, "hab_fit_options", options).frame;
-        const workspaceBytes = kernel.fitWorkspaceBytes(dims.identity, dims.pose, frameNumber);
+        // A frame that is none the fit refuses.
+        const workspaceBytes = frameNumber <= CONSTANTS.HAB_FRAME_SIMILARITY ? this.#fitWorkspaceBytes(form, frameNumber) : 0;
         const workspace = frame.bytes(workspaceBytes);
         this.#call(name, form, options, ...data(frame), ...identity, ...pose, placement, workspace, workspaceBytes, report, detail);
         return {
@@ -769,6 +901,14 @@
       });
     }
 
+    #fitWorkspaceBytes(form, frameNumber) {
+      return this.#kernel.framed((frame, detail) => {
+        const size = frame.bytes(4);
+        this.#call("hab_model_fit_workspace_bytes", form, frameNumber, size, detail);
+        return this.#heap.view.getUint32(size, true);
+      });
+    }
+
     /** The mean of the training data; zeros in a file without statistics. */
     #mean(mode) {
       const dim = mode === "identity" ? this.#counts.identityDim : this.#counts.poseDim;
@@ -776,7 +916,7 @@
     }
 
     #call(name, ...parameters) {
-      if (!this.isOpen) throw new HabitusError(CONSTANTS.HAB_NOT_OPENED, "HAB_NOT_OPENED", "The model is closed.", [1, 0]);
+      if (!this.isOpen) throw closed("model");
       this.#kernel.call(name, this.#struct, ...parameters);
     }
 
@@ -823,33 +963,56 @@
     }
   }
 
-  /** A model with the weights of one mode fixed. Made by Model.prepared; close() gives its memory back. It does not need the model. */
+  /** A model with the weights of one mode fixed. Made by Model.prepared; close() gives its memory back. It does not need the model, which may be closed. */
   class Prepared {
     #kernel;
     #heap;
-    #owned;
-    #nBlocks;
-    #dim;
+    #struct;
+    #workspace;
+    #file;
+    #sizes;
+    #needsEvaluation = false;
 
-    constructor(kernel, heap, owned, fixedMode, nVertices, nBlocks, dim) {
+    constructor(kernel, heap, [struct, workspace], fixedMode, sizes, file) {
       this.#kernel = kernel;
       this.#heap = heap;
-      this.#owned = owned;
-      this.#nBlocks = nBlocks;
-      this.#dim = dim;
+      this.#struct = struct;
+      this.#workspace = new Shared(heap, workspace);
+      this.#file = file;
+      this.#sizes = sizes;
       /** @type {Mode} */ this.fixedMode = fixedMode;
-      /** Vertices of the form. @type {number} */ this.nVertices = nVertices;
+      /** Vertices of the form. @type {number} */ this.nVertices = sizes.nVertices;
     }
 
     /** For this file. */
     get pointer() {
-      if (this.#owned.length === 0) throw new HabitusError(CONSTANTS.HAB_NOT_OPENED, "HAB_NOT_OPENED", "The prepared form is closed.", [1, 0]);
-      return this.#owned[0];
+      if (this.#struct === 0) throw closed("prepared form");
+      return this.#struct;
     }
 
     /** Gives the memory back. Closing twice does nothing. */
     close() {
-      while (this.#owned.length > 0) this.#heap.give(this.#owned.pop());
+      if (this.#struct === 0) return;
+      this.#heap.give(this.#struct);
+      this.#workspace.release();
+      this.#file?.release();
+      this.#struct = 0;
+    }
+
+    /**
+     * The form at some weights of the mode that is not fixed.
+     * @param {Numbers} weights
+     * @param {{derivatives?: boolean}} [options] derivatives: linearise will be called
+     * @returns {Evaluation}
+     */
+    begin(weights, { derivatives = false } = {}) {
+      const form = this.pointer;
+      const given = (frame) => {
+        const free = frame.copied(weights, "weights");
+        return this.fixedMode === "identity" ? [0, 0, ...free] : [...free, 0, 0];
+      };
+      const read = this.#file === null ? [this.#workspace] : [this.#workspace, this.#file];
+      return begun(this.#kernel, this.#heap, [0, form], given, derivatives, read, this.#sizes);
     }
 
     /** Positions of all vertices of the form; weights are those of the mode that is not fixed. */
@@ -859,24 +1022,137 @@
 
     /** Positions of some vertices, counted from the form's first. */
     evaluateRange(weights, firstVertex, nVertices, out) {
-      return this.#kernel.framed((frame, detail) => {
-        const range = [index(firstVertex, "firstVertex"), index(nVertices, "nVertices")];
-        const given = frame.copied(weights, "weights");
-        const positions = frame.floats(outputOf(out) === undefined ? 3 * Math.min(nVertices, this.nVertices) : out.length);
-        this.#kernel.call("hab_prepared_evaluate", this.pointer, ...given, ...range, ...positions, detail);
-        return frame.result(positions, out);
-      });
+      return this.#direct(
+        () =>
+          this.#kernel.framed((frame, detail) => {
+            const range = [index(firstVertex, "firstVertex"), index(nVertices, "nVertices")];
+            const given = frame.copied(weights, "weights");
+            const positions = frame.floats(outputOf(out) === undefined ? 3 * Math.min(nVertices, this.nVertices) : out.length);
+            this.#kernel.call("hab_prepared_evaluate", this.pointer, ...given, ...range, ...positions, detail);
+            return frame.result(positions, out);
+          }),
+        () => used(this.begin(weights), (evaluation) => evaluation.positionsRange(firstVertex, nVertices, out)),
+      );
     }
 
     /** As Model.linearise, by the free weights. */
-    linearise(weights, firstBlock = 0, nBlocks = this.#nBlocks - firstBlock) {
-      return this.#kernel.framed((frame, detail) =>
-        linearised(frame, nBlocks, this.#nBlocks, this.#dim, (outputs) => {
-          const given = frame.copied(weights, "weights");
-          const first = index(firstBlock, "firstBlock");
-          this.#kernel.call("hab_prepared_linearise", this.pointer, ...given, first, nBlocks, ...outputs, detail);
-        }),
+    linearise(weights, firstBlock = 0, nBlocks = this.#sizes.nBlocks - firstBlock) {
+      return this.#direct(
+        () =>
+          this.#kernel.framed((frame, detail) =>
+            linearised(frame, nBlocks, this.#sizes.nBlocks, this.#sizes.dim, (outputs) => {
+              const given = frame.copied(weights, "weights");
+              const first = index(firstBlock, "firstBlock");
+              this.#kernel.call("hab_prepared_linearise", this.pointer, ...given, first, nBlocks, ...outputs, detail);
+            }),
+          ),
+        () => used(this.begin(weights, { derivatives: true }), (evaluation) => evaluation.linearise(firstBlock, nBlocks)),
       );
+    }
+
+    /** The first way; the second for forms that need an evaluation, as the first says. */
+    #direct(first, second) {
+      if (!this.#needsEvaluation) {
+        try {
+          return first();
+        } catch (error) {
+          if (error.code !== CONSTANTS.HAB_NEEDS_EVALUATION) throw error;
+          this.#needsEvaluation = true;
+        }
+      }
+      return second();
+    }
+  }
+
+  /** A model or a prepared form at some weights. Made by their begin(); close() gives its memory back. It does not need them, they may be closed. */
+  class Evaluation {
+    #kernel;
+    #heap;
+    #owned;
+    #read;
+    #sizes;
+
+    constructor(kernel, heap, owned, read, sizes) {
+      this.#kernel = kernel;
+      this.#heap = heap;
+      this.#owned = owned;
+      this.#read = read;
+      this.#sizes = sizes;
+    }
+
+    /** Gives the memory back. Closing twice does nothing. */
+    close() {
+      while (this.#owned.length > 0) this.#heap.give(this.#owned.pop());
+      while (this.#read.length > 0) this.#read.pop().release();
+    }
+
+    /** Positions of all vertices, millimetres, xyz after xyz. @param {Float32Array} [out] takes the result */
+    positions(out) {
+      return this.positionsRange(0, this.#sizes.nVertices, out);
+    }
+
+    /** Positions of nVertices vertices from firstVertex on; the same bits as in the whole. */
+    positionsRange(firstVertex, nVertices, out) {
+      return this.#points("hab_evaluation_positions", firstVertex, nVertices, this.#sizes.nVertices, out);
+    }
+
+    /** Where the joints of a skinned model stand, millimetres, xyz after xyz. */
+    jointPositions(out) {
+      return this.#points("hab_evaluation_joint_positions", 0, this.#sizes.nJoints, this.#sizes.nJoints, out);
+    }
+
+    /** As Model.linearise, by every free weight; begun with derivatives. */
+    linearise(firstBlock = 0, nBlocks = this.#sizes.nBlocks - firstBlock) {
+      return this.#kernel.framed((frame, detail) =>
+        linearised(frame, nBlocks, this.#sizes.nBlocks, this.#sizes.dim, (outputs) =>
+          this.#call("hab_evaluation_linearise", index(firstBlock, "firstBlock"), nBlocks, ...outputs, detail),
+        ),
+      );
+    }
+
+    #points(name, first, count, most, out) {
+      return this.#kernel.framed((frame, detail) => {
+        const range = [index(first, "first"), index(count, "count")];
+        const points = frame.floats(outputOf(out) === undefined ? 3 * Math.min(count, most) : out.length);
+        this.#call(name, ...range, ...points, detail);
+        return frame.result(points, out);
+      });
+    }
+
+    #call(name, ...parameters) {
+      if (this.#owned.length === 0) throw closed("evaluation");
+      this.#kernel.call(name, this.#owned[0], ...parameters);
+    }
+  }
+
+  /** An evaluation of [model, form], one of which is 0; `given` copies the weights, `read` is the memory that it reads. */
+  function begun(kernel, heap, of, given, derivatives, read, sizes) {
+    const owned = [];
+    try {
+      return kernel.framed((frame, detail) => {
+        const weights = given(frame);
+        const wanted = derivatives ? 1 : 0;
+        const size = frame.bytes(4);
+        kernel.call("hab_evaluation_workspace_bytes", ...of, wanted, size, detail);
+        const workspaceBytes = heap.view.getUint32(size, true);
+        owned.push(heap.take(STRUCTS.hab_evaluation.bytes));
+        owned.push(heap.take(workspaceBytes));
+        kernel.call("hab_evaluation_init", ...of, ...weights, wanted, owned[1], workspaceBytes, owned[0], detail);
+        const held = read.map((shared) => shared.hold());
+        return new Evaluation(kernel, heap, owned, held, sizes);
+      });
+    } catch (error) {
+      owned.forEach((pointer) => heap.give(pointer));
+      throw error;
+    }
+  }
+
+  /** What an evaluation gives, which is closed then. */
+  function used(evaluation, body) {
+    try {
+      return body(evaluation);
+    } finally {
+      evaluation.close();
     }
   }
 
@@ -908,7 +1184,7 @@
   }
 
   if (typeof Symbol.dispose === "symbol") {
-    for (const type of [Model, Prepared]) {
+    for (const type of [Model, Prepared, Evaluation]) {
       Object.defineProperty(type.prototype, Symbol.dispose, { value: type.prototype.close, configurable: true, writable: true });
     }
   }
@@ -940,5 +1216,5 @@
     return new Kernel(exports);
   }
 
-  return Object.freeze({ load, hasSimd, HabitusError, Kernel, Model, Prepared, CONSTANTS });
+  return Object.freeze({ load, hasSimd, HabitusError, Kernel, Model, Prepared, Evaluation, CONSTANTS });
 });

@@ -57,6 +57,7 @@ function open(bytes, name) {
     const deviations = { identity: new Float32Array(counts.identityDim), pose: new Float32Array(counts.poseDim) };
     const next = { model, name, counts, statistics, deviations, landmarks: model.landmarks(), landmarkNames: model.landmarkNames() };
     next.presets = starts.map((start, k) => ({ name: words(names[k] ?? `expression ${k + 1}`), deviations: start }));
+    next.angles = anglesOf(model);
     next.positions = new Float32Array(3 * counts.nVertices);
     model.evaluate(weightsOf(next), next.positions);
     scene.setMesh(model.faces(), next.positions, next.landmarks);
@@ -84,6 +85,20 @@ function statisticsOf(model, mode) {
   const dim = mode === "identity" ? model.counts.identityDim : model.counts.poseDim;
   const [mean, scale] = [part("MEAN"), part("SCALE")];
   return { known: mean !== undefined, mean: mean ?? new Float32Array(dim), scale: scale ?? new Float32Array(dim).fill(1) };
+}
+
+/** Name and bounds of each pose weight of a body, radians; undefined for models without joints. */
+function anglesOf(model) {
+  const joints = model.joints();
+  if (joints.length === 0) return undefined;
+  const { lower, upper } = model.poseBounds() ?? {};
+  return joints.flatMap(({ name, firstWeight, nWeights }, number) =>
+    Array.from({ length: nWeights }, (_, k) => ({
+      name: `${words(name || `joint ${number + 1}`)}${nWeights > 1 ? ` ${"xyz"[k]}` : ""}`,
+      low: lower?.[firstWeight + k] ?? -Math.PI,
+      high: upper?.[firstWeight + k] ?? Math.PI,
+    })),
+  );
 }
 
 function deviationsOf(weights, { mean, scale }) {
@@ -155,7 +170,8 @@ function buildControls() {
     group.querySelectorAll(".slider, details").forEach((old) => old.remove());
     const deviations = shown.deviations[mode];
     group.hidden = deviations.length === 0;
-    group.querySelector("small").textContent = shown.statistics[mode].known ? "in standard deviations" : "weights";
+    const angles = mode === "pose" && shown.angles !== undefined ? "radians" : "weights";
+    group.querySelector("small").textContent = shown.statistics[mode].known ? "in standard deviations" : angles;
     const furthest = mode === "pose" ? Math.max(0, ...shown.presets.flatMap((preset) => Array.from(preset.deviations, Math.abs))) : 0;
     const reach = Math.max(REACH, Math.ceil(furthest));
     const rest = document.createElement("details");
@@ -178,6 +194,14 @@ function slider(mode, k, reach) {
   const number = Object.assign(document.createElement("span"), { textContent: String(k + 1) });
   const input = Object.assign(document.createElement("input"), { type: "range", min: -reach, max: reach, step: 0.01, value: 0 });
   input.setAttribute("aria-label", `${mode === "identity" ? "Identity" : "Expression"} weight ${k + 1}`);
+  // Bounds are those of the weights themselves.
+  const angle = mode === "pose" && !shown.statistics.pose.known ? shown.angles?.[k] : undefined;
+  if (angle !== undefined) {
+    label.classList.add("named");
+    number.textContent = angle.name;
+    Object.assign(input, { min: angle.low, max: angle.high });
+    input.setAttribute("aria-label", angle.name);
+  }
   input.addEventListener("input", () => {
     cancelAnimationFrame(shown.easing);
     shown.deviations[mode][k] = Number(input.value);
@@ -368,6 +392,7 @@ function pull({ landmark, vertex, targets, start, x, y }, event) {
   moved[landmark] = there.map((value, axis) => value - shown.positions[3 * vertex + axis] + targets[landmark][axis]);
   try {
     const priors = Object.fromEntries(MODES.map((mode) => [`${mode}Prior`, shown.statistics[mode].known ? "gaussian" : "none"]));
+    if (priors.posePrior === "none" && shown.model.poseBounds() !== undefined) priors.posePrior = "bounds";
     const { identity, pose } = shown.model.fitLandmarks(moved, { frame: "fixed", place: false, noise: 1, maxIterations: 20, start, ...priors });
     shown.deviations = { identity: deviationsOf(identity, shown.statistics.identity), pose: deviationsOf(pose, shown.statistics.pose) };
     changed();

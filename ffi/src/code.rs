@@ -56,7 +56,7 @@ codes! {
     HAB_BAD_OPTION = 104,
     /// There is nothing to work with: no samples, no landmarks.
     HAB_EMPTY = 105,
-    /// Sample {first} has a normal that is not of unit length.
+    /// Sample {first} has a normal that is not of unit length, or is at no vertex where one is asked for.
     HAB_BAD_SAMPLE = 106,
     /// Argument {first} is null.
     HAB_NULL_POINTER = 111,
@@ -102,6 +102,10 @@ codes! {
     HAB_DEGENERATE = 403,
     /// The model has no section {first}.
     HAB_UNSUPPORTED = 501,
+    /// The function is for models of kind {first}; this one is of kind {second}.
+    HAB_WRONG_KIND = 502,
+    /// The vertices share a state of {first} floats: use hab_evaluation_init.
+    HAB_NEEDS_EVALUATION = 511,
     /// A fault of this library; please report it.
     HAB_INTERNAL = 901,
 }
@@ -131,6 +135,7 @@ pub(crate) enum Refusal {
     Misaligned { argument: u32, alignment: u32 },
     BadLength { argument: u32 },
     Length { argument: u32, expected: usize, found: usize },
+    NeedsEvaluation { floats: usize },
     Internal,
 }
 
@@ -154,6 +159,9 @@ impl Refusal {
             Refusal::Length { expected, found, .. } => {
                 (hab_code::HAB_DIMENSION_MISMATCH, [expected, found].map(|len| u32::try_from(len).unwrap_or(u32::MAX)))
             }
+            Refusal::NeedsEvaluation { floats } => {
+                (hab_code::HAB_NEEDS_EVALUATION, [u32::try_from(floats).unwrap_or(u32::MAX), 0])
+            }
             Refusal::Internal => (hab_code::HAB_INTERNAL, [0, 0]),
         }
     }
@@ -161,7 +169,7 @@ impl Refusal {
     /// The argument that it speaks of, from 1; 0 for none.
     pub(crate) fn argument(self) -> u32 {
         match self {
-            Refusal::Kernel(_) | Refusal::Internal => 0,
+            Refusal::Kernel(_) | Refusal::NeedsEvaluation { .. } | Refusal::Internal => 0,
             Refusal::Overlap { arguments: [argument, _] }
             | Refusal::NullPointer { argument }
             | Refusal::NotOpened { argument }

@@ -2,6 +2,7 @@
 
 use habitus_core::Error;
 use habitus_core::generator::{Generator, NUMBERS, Weights};
+use habitus_core::workspace::Requirement;
 use habitus_dispatch as kernel;
 
 use crate::code::{Refusal, hab_code, hab_error_detail, length};
@@ -13,9 +14,10 @@ pub const HAB_BLOCK_VERTICES: u32 = 16;
 
 const _: () = assert!(HAB_BLOCK_VERTICES as usize == habitus_core::generator::LANES);
 
-/// Positions of all vertices, millimetres, xyz after xyz. Needs no workspace.
+/// Positions of all vertices, millimetres, xyz after xyz, without a workspace: for models whose vertices share no state (hab_counts.needs_evaluation is 0: bilinear and linear
+/// ones). A hab_evaluation does the same for every kind of model.
 ///
-/// Returns HAB_OK, HAB_DIMENSION_MISMATCH (number of weights, or positions_len other than 3 * n_vertices), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9,
+/// Returns HAB_OK, HAB_NEEDS_EVALUATION for models with a state, HAB_DIMENSION_MISMATCH (number of weights, or positions_len other than 3 * n_vertices), HAB_NOT_FINITE (a weight that is not finite or beyond 1e9,
 /// counted over identity, then pose), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
 ///
 /// # Safety
@@ -36,12 +38,14 @@ pub unsafe extern "C" fn hab_model_evaluate(
         let positions = arguments.output(6, positions, positions_len);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
+        stateless(&generator)?;
         weights_fit(&generator, identity_len, pose_len)?;
         length(6, 3 * generator.vertex_count(), positions_len)?;
         // SAFETY: the caller's promise.
         let (identity, pose, positions) = unsafe { (identity.slice(), pose.slice(), positions.slice()) };
         let all = 0..generator.vertex_count();
-        Ok(kernel::evaluate(&generator, Weights { identity, pose }, all, positions)?)
+        let at = generator.begin(Weights { identity, pose }, false, &mut [])?;
+        Ok(kernel::evaluate_at(&generator, at, all, positions)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 8, body) }
@@ -72,12 +76,14 @@ pub unsafe extern "C" fn hab_model_evaluate_range(
         let positions = arguments.output(8, positions, positions_len);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
+        stateless(&generator)?;
         weights_fit(&generator, identity_len, pose_len)?;
         let range = range(first_vertex, n_vertices, generator.vertex_count())?;
         length(8, 3 * range.len(), positions_len)?;
         // SAFETY: the caller's promise.
         let (identity, pose, positions) = unsafe { (identity.slice(), pose.slice(), positions.slice()) };
-        Ok(kernel::evaluate(&generator, Weights { identity, pose }, range, positions)?)
+        let at = generator.begin(Weights { identity, pose }, false, &mut [])?;
+        Ok(kernel::evaluate_at(&generator, at, range, positions)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 10, body) }
@@ -114,16 +120,24 @@ pub unsafe extern "C" fn hab_model_linearise(
         let jacobian = arguments.output(10, jacobian, jacobian_len);
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
+        stateless(&generator)?;
         weights_fit(&generator, identity_len, pose_len)?;
         let range = range(first_block, n_blocks, generator.block_count())?;
         block_lengths([8, 10], range.len(), generator.dim(), [values_len, jacobian_len])?;
         // SAFETY: the caller's promise.
         let (identity, pose, values, jacobian) =
             unsafe { (identity.slice(), pose.slice(), values.slice(), jacobian.slice()) };
-        Ok(kernel::linearise(&generator, Weights { identity, pose }, range, values, jacobian)?)
+        let at = generator.begin(Weights { identity, pose }, true, &mut [])?;
+        Ok(kernel::linearise_at(&generator, at, range, values, jacobian)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 12, body) }
+}
+
+/// `Ok` when vertices share nothing that a workspace would have to hold.
+pub(crate) fn stateless(generator: &impl Generator) -> Result<(), Refusal> {
+    let needed = generator.state_req(true);
+    if needed == Requirement::NONE { Ok(()) } else { Err(Refusal::NeedsEvaluation { floats: needed.numbers() }) }
 }
 
 /// Numbers of weights, in the arguments 2 and 4.

@@ -38,6 +38,8 @@ pub enum hab_prior {
     HAB_PRIOR_GAUSSIAN = 1,
     /// Each weight within so many standard deviations of its mean as the factor says.
     HAB_PRIOR_BOX = 2,
+    /// Each pose weight within the bounds of the file, HAB_SECTION_POSE_LOWER and HAB_SECTION_POSE_UPPER; the factor counts for nothing. There are no bounds of identity weights.
+    HAB_PRIOR_BOUNDS = 3,
 }
 
 /// Why a fit stopped.
@@ -164,7 +166,8 @@ pub unsafe extern "C" fn hab_fit_options_init(options: *mut hab_fit_options, opt
     unsafe { call(core::ptr::null_mut(), 0, body) }
 }
 
-/// Bytes of workspace that a fit needs; HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0 for an unknown frame.
+/// Bytes of workspace that a fit needs to a model whose vertices share no state (hab_counts.needs_evaluation is 0); HAB_FIT_WORKSPACE_BYTES says the same when a program is compiled. 0
+/// for an unknown frame. hab_model_fit_workspace_bytes knows every model.
 #[unsafe(no_mangle)]
 pub extern "C" fn hab_fit_workspace_bytes(identity_dim: u32, pose_dim: u32, frame: u32) -> usize {
     match frame_of(frame) {
@@ -173,19 +176,47 @@ pub extern "C" fn hab_fit_workspace_bytes(identity_dim: u32, pose_dim: u32, fram
     }
 }
 
+/// Bytes of workspace that a fit to a model of any kind needs, or through a form of all its blocks when prepared is not null.
+///
+/// Returns HAB_OK, HAB_BAD_OPTION (3) for an unknown frame, HAB_DIMENSION_MISMATCH when the form is not of the whole model, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+///
+/// # Safety
+/// `model` was opened, `prepared` is null or was made by hab_prepared_init; `workspace_bytes` can be written; `detail` is null or can be written.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hab_model_fit_workspace_bytes(
+    model: *const hab_model,
+    prepared: *const hab_prepared,
+    frame: u32,
+    workspace_bytes: *mut usize,
+    detail: *mut hab_error_detail,
+) -> hab_code {
+    let body = |arguments: &mut Arguments| {
+        let out = arguments.out_object(4, workspace_bytes);
+        // SAFETY: the caller's promise.
+        let shape = unsafe { Shape::of(arguments, model, prepared)? };
+        let frame = frame_of(frame).map_err(|_| Error::BadOption { option: 3 })?;
+        let fit = fit_points_req(shape.identity_dim(), shape.pose_dim(), frame);
+        // SAFETY: the caller's promise.
+        unsafe { out.set(fit.and(shape.state_req(true)).f32_bytes()) };
+        Ok(())
+    };
+    // SAFETY: the caller's promise.
+    unsafe { call(detail, 5, body) }
+}
+
 /// Finds weights and placement from the model's landmarks: a maximum a posteriori estimate for measurements with independent noise.
 ///
 /// prepared is null, or a form of all blocks of the same model: then the fixed mode stays as it is, has no weights here (length 0) and no prior, and an
 /// iteration is cheaper. targets holds three numbers for each landmark of the model, in its order. measured says for each landmark whether it was measured (not 0) or is missing (0);
 /// null with length 0 says that all were; the target of a missing one is not looked at and may be NaN. identity and pose hold the start and receive the result; so does
-/// placement, whose start counts only when options->place is 0. report may be null.
+/// placement, whose start counts only when options->place is 0. The workspace has hab_model_fit_workspace_bytes. report may be null.
 ///
 /// Start from the mean of the training data (hab_model_weights with deviations of 0); in a model without statistics set both priors to HAB_PRIOR_NONE and start from one of
 /// its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
 /// factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
 ///
 /// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
-/// a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
+/// a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics or bounds for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
 /// HAB_BAD_LENGTH.
 ///
 /// # Safety
@@ -314,7 +345,7 @@ unsafe fn checked_options(options: &Object<hab_fit_options>) -> Result<hab_fit_o
         options.frame <= hab_frame::HAB_FRAME_SIMILARITY as u32,
         options.place <= 1,
         options.identity_prior <= hab_prior::HAB_PRIOR_BOX as u32,
-        options.pose_prior <= hab_prior::HAB_PRIOR_BOX as u32,
+        options.pose_prior <= hab_prior::HAB_PRIOR_BOUNDS as u32,
         positive(options.identity_factor),
         positive(options.pose_factor),
         // What the solver works with.
@@ -395,6 +426,11 @@ fn prior<'a>(shape: &Shape<'a>, mode: Mode, options: &hab_fit_options) -> Result
     };
     if kind == hab_prior::HAB_PRIOR_NONE as u32 || dim == 0 {
         return Ok(Prior::None);
+    }
+    if kind == hab_prior::HAB_PRIOR_BOUNDS as u32 {
+        let absent = Error::Unsupported { section: SectionId::PoseLower as u32 };
+        let (lower, upper) = shape.model().pose_bounds().ok_or(absent)?;
+        return Ok(Prior::Bounds(lower, upper));
     }
     let gaussian = shape.model().gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
     Ok(if kind == hab_prior::HAB_PRIOR_BOX as u32 {

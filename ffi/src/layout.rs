@@ -6,7 +6,9 @@
 use core::ffi::{CStr, c_char};
 use core::mem::{align_of, offset_of, size_of};
 
+use crate::body::{hab_blend, hab_joint, hab_joints};
 use crate::code::{CODES, hab_error_detail};
+use crate::evaluation::hab_evaluation;
 use crate::fit::{hab_fit_options, hab_fit_report, hab_frame, hab_placement, hab_prior, hab_sample, hab_status};
 use crate::model::{hab_counts, hab_kind, hab_mode, hab_model};
 use crate::prepared::hab_prepared;
@@ -62,34 +64,43 @@ structs! { STRUCTS:
         relative_decrease, damping
     }
     hab_prepared { opaque }
+    hab_evaluation { opaque }
+    hab_joint { struct_bytes, parent, first_weight, n_weights, axis, position }
     hab_placement { scale, rotation, translation }
     hab_fit_report { rms, energy, start_energy, iterations, status }
     hab_sample { vertices, barycentric, target, normal, weight }
     hab_counts {
-        struct_bytes, kind, n_vertices, identity_dim, pose_dim, n_faces, n_landmarks, n_poses, n_sections, n_blocks
+        struct_bytes, kind, n_vertices, identity_dim, pose_dim, n_faces, n_landmarks, n_poses, n_sections, n_blocks,
+        element, needs_evaluation, n_joints, blend, joints
     }
     hab_section { struct_bytes, id, element, rank, shape, data, data_bytes }
 }
 
 enums! { CASES:
     hab_mode { HAB_MODE_IDENTITY, HAB_MODE_POSE }
-    hab_kind { HAB_KIND_BILINEAR }
+    hab_kind { HAB_KIND_BILINEAR, HAB_KIND_LINEAR, HAB_KIND_SKINNED, HAB_KIND_WAVELET }
+    hab_blend { HAB_BLEND_LINEAR, HAB_BLEND_DUAL_QUATERNION }
+    hab_joints { HAB_JOINTS_REGRESSED, HAB_JOINTS_MEAN }
     hab_section_id {
         HAB_SECTION_COEFFICIENTS, HAB_SECTION_FACES, HAB_SECTION_LANDMARKS, HAB_SECTION_LANDMARK_NAMES, HAB_SECTION_MIRROR,
         HAB_SECTION_IDENTITY_MEAN, HAB_SECTION_IDENTITY_SCALE, HAB_SECTION_IDENTITY_PRECISION, HAB_SECTION_POSE_MEAN,
         HAB_SECTION_POSE_SCALE, HAB_SECTION_POSE_PRECISION, HAB_SECTION_POSE_STARTS, HAB_SECTION_POSE_NAMES,
         HAB_SECTION_IDENTITY_SPECTRUM, HAB_SECTION_POSE_SPECTRUM, HAB_SECTION_PROVENANCE,
-        HAB_SECTION_REMAINDER
+        HAB_SECTION_REMAINDER, HAB_SECTION_OFFSETS, HAB_SECTION_RANGES, HAB_SECTION_QUANTISATION_ERROR, HAB_SECTION_JOINT_PARENTS,
+        HAB_SECTION_JOINT_AXES, HAB_SECTION_JOINT_POSITIONS, HAB_SECTION_JOINT_BASIS, HAB_SECTION_JOINT_NAMES,
+        HAB_SECTION_SKIN_STARTS, HAB_SECTION_SKIN_JOINTS, HAB_SECTION_SKIN_WEIGHTS, HAB_SECTION_POSE_LOWER,
+        HAB_SECTION_POSE_UPPER, HAB_SECTION_GRID
     }
-    hab_element { HAB_ELEMENT_U8, HAB_ELEMENT_U32, HAB_ELEMENT_F32 }
+    hab_element { HAB_ELEMENT_U8, HAB_ELEMENT_U32, HAB_ELEMENT_F32, HAB_ELEMENT_F16, HAB_ELEMENT_I8 }
     hab_frame { HAB_FRAME_FIXED, HAB_FRAME_RIGID, HAB_FRAME_SIMILARITY }
-    hab_prior { HAB_PRIOR_NONE, HAB_PRIOR_GAUSSIAN, HAB_PRIOR_BOX }
+    hab_prior { HAB_PRIOR_NONE, HAB_PRIOR_GAUSSIAN, HAB_PRIOR_BOX, HAB_PRIOR_BOUNDS }
     hab_status { HAB_STATUS_CONVERGED, HAB_STATUS_ITERATION_LIMIT, HAB_STATUS_STALLED }
 }
 
 const OTHERS: &[Entry] = &[
     (c"HAB_ABI_VERSION", crate::HAB_ABI_VERSION as u64),
     (c"HAB_BLOCK_VERTICES", crate::evaluate::HAB_BLOCK_VERTICES as u64),
+    (c"HAB_NO_PARENT", crate::body::HAB_NO_PARENT as u64),
     (c"sizeof hab_code", size_of::<crate::code::hab_code>() as u64),
 ];
 

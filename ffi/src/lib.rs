@@ -8,8 +8,10 @@
 //! | [`code`] | error codes, their names and sentences |
 //! | [`model`] | opening a file, counts |
 //! | [`sections`] | what a file holds: triangles, landmarks, names, statistics |
-//! | [`evaluate`] | positions and derivatives by ranges |
+//! | [`body`] | joints of skinned models, how they move what they hold |
+//! | [`evaluate`] | positions and derivatives by ranges, of models that need no workspace |
 //! | [`prepared`] | forms with the identity or the pose fixed |
+//! | [`evaluation`] | positions and derivatives of models and forms of every kind |
 //! | [`fit`] | weights and placement from landmarks or points |
 #![cfg_attr(not(feature = "std"), no_std)]
 // The names are those of the C header.
@@ -22,9 +24,13 @@ pub mod model;
 
 pub mod sections;
 
+pub mod body;
+
 pub mod evaluate;
 
 pub mod prepared;
+
+pub mod evaluation;
 
 pub mod fit;
 
@@ -33,11 +39,12 @@ pub mod layout;
 mod measurements;
 mod memory;
 mod shape;
+mod tagged;
 #[cfg(target_arch = "wasm32")]
 mod wasm_layout;
 
 #[cfg(target_arch = "wasm32")]
-use {code::*, fit::*, model::*, prepared::*, sections::*};
+use {body::*, code::*, evaluation::*, fit::*, model::*, prepared::*, sections::*};
 
 /// Number of the binary interface. It grows with every function that is added; what exists keeps its meaning.
 pub const HAB_ABI_VERSION: u32 = 1;

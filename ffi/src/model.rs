@@ -3,10 +3,13 @@
 use core::mem::MaybeUninit;
 
 use habitus_core::format::{Checksums, Mode, Model};
-use habitus_core::generator::bilinear::Bilinear;
+use habitus_core::generator::Generator;
+use habitus_core::generator::any::AnyGenerator;
 
+use crate::body::{blend_number, joints_number};
 use crate::code::{Refusal, hab_code, hab_error_detail};
 use crate::memory::{Arguments, call};
+use crate::tagged::{Content, put, tagged};
 
 /// An opened model, of fixed size: put it on the stack or anywhere else, copy it, forget it; there is nothing to close. It refers to the bytes it was opened
 /// over, which must stay where they are, unchanged, as long as it is used. Several threads may use one model at the same time.
@@ -14,22 +17,27 @@ use crate::memory::{Arguments, call};
 #[repr(C)]
 pub struct hab_model {
     /// Of this library alone.
-    pub opaque: [MaybeUninit<u64>; 32],
+    pub opaque: [MaybeUninit<u64>; 80],
 }
 
 /// What [`hab_model`] holds.
-#[repr(C)]
+#[derive(Clone, Copy)]
 pub(crate) struct Opened {
-    tag: u64,
     pub(crate) model: Model<'static>,
-    pub(crate) generator: Bilinear<'static>,
-    bytes: &'static [u8],
-    end_tag: u64,
+    pub(crate) generator: AnyGenerator<'static>,
+    pub(crate) bytes: &'static [u8],
 }
 
-const TAG: u64 = 0x6d6f_6465_6c20_4841;
+impl Content for Opened {
+    type Struct = hab_model;
+    const TAG: u64 = 0x6d6f_6465_6c20_4841;
 
-const _: () = assert!(size_of::<Opened>() <= size_of::<hab_model>() && align_of::<Opened>() <= align_of::<hab_model>());
+    fn also_read(&self, arguments: &mut Arguments, argument: u32) {
+        arguments.also_read(argument, self.bytes);
+    }
+}
+
+const _: () = Opened::FITS;
 
 /// One of the two groups of weights; functions take it as a uint32_t.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,6 +55,12 @@ pub enum hab_mode {
 pub enum hab_kind {
     /// Vertices are bilinear in identity and pose.
     HAB_KIND_BILINEAR = 1,
+    /// Vertices are linear in the identity; there are no pose weights.
+    HAB_KIND_LINEAR = 2,
+    /// A rest shape linear in the identity, a skeleton whose angles are the pose, and skinning.
+    HAB_KIND_SKINNED = 3,
+    /// A wavelet transform on a grid, each coefficient bilinear in weights of its own.
+    HAB_KIND_WAVELET = 4,
 }
 
 /// Counts of a model. Set struct_bytes to sizeof(hab_counts) before the call.
@@ -73,6 +87,16 @@ pub struct hab_counts {
     pub n_sections: u32,
     /// Blocks of HAB_BLOCK_VERTICES vertices, the last one padded.
     pub n_blocks: u32,
+    /// How the coefficients are stored, see hab_element.
+    pub element: u32,
+    /// 1 when vertices share a state, so that positions come from a hab_evaluation; 0 when hab_model_evaluate and the like do, too.
+    pub needs_evaluation: u32,
+    /// Joints of a skinned model; 0 in others.
+    pub n_joints: u32,
+    /// How a skinned model blends the motions of its joints, see hab_blend; 0 in others.
+    pub blend: u32,
+    /// Whether the joints of a skinned model follow the identity, see hab_joints; 0 in others.
+    pub joints: u32,
 }
 
 /// Checks the bytes of a model file and opens it in place; nothing is copied. The bytes may have any alignment.
@@ -125,38 +149,26 @@ unsafe fn open(
         // the views in it are given no shorter a life.
         let bytes: &'static [u8] = unsafe { bytes.slice() };
         let model = Model::open_with(bytes, checksums)?;
-        let generator = model.bilinear()?;
-        let opened = Opened { tag: TAG, model, generator, bytes, end_tag: !TAG };
-        // SAFETY: `Opened` is no larger and no more aligned than `hab_model`, which can be written.
-        unsafe { out.pointer().cast::<Opened>().write(opened) };
+        let generator = model.generator()?;
+        // SAFETY: the caller's promise.
+        unsafe { put(&out, Opened { model, generator, bytes }) };
         Ok(())
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 4, body) }
 }
 
-/// The opened model that an argument points to, once all other arguments are known; its struct and its bytes are counted among the memory that the call
-/// reads. Whatever argument was refused so far is handed out here.
+/// The opened model that an argument points to, see [`tagged`].
 ///
 /// # Safety
-/// `model` is null or points to a `hab_model`, opened or all of its bytes set to anything but what an opened model holds.
+/// As [`tagged`].
 pub(crate) unsafe fn opened<'a>(
     arguments: &mut Arguments,
     argument: u32,
     model: *const hab_model,
 ) -> Result<&'a Opened, Refusal> {
-    let pointer = arguments.object(argument, model).pointer().cast::<Opened>();
-    arguments.compared()?;
-    // SAFETY: not null, aligned; both tags are plain numbers and lie within the struct.
-    let tags = unsafe { ((&raw const (*pointer).tag).read(), (&raw const (*pointer).end_tag).read()) };
-    if tags != (TAG, !TAG) {
-        return Err(Refusal::NotOpened { argument });
-    }
-    // SAFETY: the tags say that this library has written the struct.
-    let opened = unsafe { &*pointer };
-    arguments.also_read(argument, opened.bytes);
-    arguments.compared()?;
-    Ok(opened)
+    // SAFETY: the caller's promise.
+    unsafe { tagged(arguments, argument, model) }
 }
 
 /// Which group of weights a number of C means; `option` is its position in the documentation of the call.
@@ -202,7 +214,12 @@ pub unsafe extern "C" fn hab_model_counts(
             n_landmarks: count(model.landmarks().map_or(0, |landmarks| landmarks.len())),
             n_poses: count(starts.checked_div(header.pose_dim as usize).unwrap_or(0)),
             n_sections: count(model.sections().iter().count()),
-            n_blocks: count(habitus_core::generator::Generator::block_count(generator)),
+            n_blocks: count(generator.block_count()),
+            element: model.element() as u32,
+            needs_evaluation: u32::from(generator.state_req(true).numbers() != 0),
+            n_joints: count(generator.skeleton().map_or(0, |skeleton| skeleton.n_joints())),
+            blend: generator.blend().map_or(0, blend_number),
+            joints: generator.joints().map_or(0, joints_number),
         };
         // SAFETY: the caller's promise.
         unsafe { out.set(counts) };

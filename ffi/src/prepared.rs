@@ -3,41 +3,50 @@
 use core::mem::MaybeUninit;
 
 use habitus_core::format::Mode;
-use habitus_core::generator::prepared::{Prepared, prepared_req};
+use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{Generator, Weights};
 use habitus_dispatch as kernel;
 
 use crate::code::{Refusal, hab_code, hab_error_detail, length};
-use crate::evaluate::{block_lengths, range};
+use crate::evaluate::{block_lengths, range, stateless};
 use crate::memory::{Arguments, call};
-use crate::model::{hab_model, mode_of, opened};
+use crate::model::{Opened, hab_model, mode_of, opened};
+use crate::tagged::{Content, put, tagged};
 
-/// A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, which must stay where it is,
-/// unchanged, as long as it is used; the model is no longer needed.
+/// A prepared form, of fixed size: put it on the stack, copy it, forget it. It refers to the workspace that it was prepared in, and that of a skinned model
+/// with the identity fixed also to the bytes of the model file; they must stay where they are, unchanged, as long as it is used. The hab_model is no longer needed.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct hab_prepared {
     /// Of this library alone.
-    pub opaque: [MaybeUninit<u64>; 16],
+    pub opaque: [MaybeUninit<u64>; 64],
 }
 
 /// What [`hab_prepared`] holds.
-#[repr(C)]
+#[derive(Clone, Copy)]
 pub(crate) struct Form {
-    tag: u64,
-    pub(crate) form: Prepared<'static>,
-    numbers: &'static [f32],
-    end_tag: u64,
+    pub(crate) form: AnyPrepared<'static, 'static>,
+    pub(crate) numbers: &'static [f32],
+    /// The model file, where the form reads it.
+    pub(crate) bytes: &'static [u8],
 }
 
-const TAG: u64 = 0x7072_6570_6120_4841;
+impl Content for Form {
+    type Struct = hab_prepared;
+    const TAG: u64 = 0x7072_6570_6120_4841;
 
-const _: () =
-    assert!(size_of::<Form>() <= size_of::<hab_prepared>() && align_of::<Form>() <= align_of::<hab_prepared>());
+    fn also_read(&self, arguments: &mut Arguments, argument: u32) {
+        arguments.also_read(argument, self.numbers);
+        arguments.also_read(argument, self.bytes);
+    }
+}
+
+const _: () = Form::FITS;
 
 /// Bytes of workspace that hab_prepared_init needs for n_blocks blocks of HAB_BLOCK_VERTICES vertices.
 ///
-/// Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+/// Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_WRONG_KIND for a model with one mode alone (linear), HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER,
+/// HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
 ///
 /// # Safety
 /// `model` was opened; `workspace_bytes` can be written; `detail` is null or can be written.
@@ -55,7 +64,7 @@ pub unsafe extern "C" fn hab_prepared_workspace_bytes(
         // SAFETY: the caller's promise.
         let generator = unsafe { opened(arguments, 1, model)? }.generator;
         let blocks = range(first_block, n_blocks, generator.block_count())?;
-        let bytes = prepared_req(&generator, mode_of(fixed_mode, 2)?, &blocks).f32_bytes();
+        let bytes = generator.prepared_req(mode_of(fixed_mode, 2)?, &blocks)?.f32_bytes();
         // SAFETY: the caller's promise.
         unsafe { out.set(bytes) };
         Ok(())
@@ -66,11 +75,13 @@ pub unsafe extern "C" fn hab_prepared_workspace_bytes(
 
 /// Fixes the weights of one mode for n_blocks blocks of vertices from first_block on. Vertex v of the form is vertex HAB_BLOCK_VERTICES * first_block + v of the model.
 ///
-/// With the pose fixed, the form gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the model's;
-/// they are the same on every machine.
+/// With the pose fixed, the form of a bilinear model gives the bits of the model. With the identity fixed, its sums have another order, so that the last bits may differ from the
+/// model's; of a skinned model it is the other way round, but for corrective terms. The bits are the same on every machine.
 ///
-/// Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER,
-/// HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
+/// The form of a skinned model with the identity fixed needs a hab_evaluation, as the model does.
+///
+/// Returns HAB_OK, HAB_BAD_OPTION (2) for an unknown mode, HAB_WRONG_KIND for a model with one mode alone (linear), HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE,
+/// HAB_INDEX_OUT_OF_RANGE, HAB_WORKSPACE_TOO_SMALL, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH. On an error the workspace is untouched, too.
 ///
 /// # Safety
 /// `model` was opened; `weights` points to `weights_len` elements; `workspace`, aligned as a float, to `workspace_bytes` bytes that stay unchanged while the form is
@@ -93,49 +104,41 @@ pub unsafe extern "C" fn hab_prepared_init(
         let workspace = arguments.workspace(7, workspace.cast(), workspace_bytes);
         let out = arguments.out_object(9, prepared);
         // SAFETY: the caller's promise.
-        let generator = unsafe { opened(arguments, 1, model)? }.generator;
+        let Opened { generator, bytes, .. } = *unsafe { opened(arguments, 1, model)? };
         let (fixed, blocks) = (mode_of(fixed_mode, 2)?, range(first_block, n_blocks, generator.block_count())?);
         let dim = if fixed == Mode::Identity { generator.identity_dim() } else { generator.pose_dim() };
         length(3, dim, weights_len)?;
         // SAFETY: the caller's promise.
         let (weights, workspace) = unsafe { (weights.slice(), workspace.slice()) };
-        kernel::prepared(&generator, fixed, weights, blocks.clone(), workspace)?;
-        let needed = prepared_req(&generator, fixed, &blocks).numbers();
-        let numbers: &'static [f32] = workspace.get(..needed).unwrap_or_default();
-        let form = Prepared::of_numbers(&generator, fixed, blocks, numbers)?;
-        // SAFETY: `Form` is no larger and no more aligned than `hab_prepared`, which can be written.
-        unsafe { out.pointer().cast::<Form>().write(Form { tag: TAG, form, numbers, end_tag: !TAG }) };
+        let memory = workspace.as_ptr();
+        let needed = generator.prepared_req(fixed, &blocks)?.numbers();
+        let form = kernel::any_prepared(&generator, fixed, weights, blocks, workspace)?;
+        // SAFETY: the form has been made, so the workspace holds at least what it needs; the form reads it and nobody writes it any more.
+        let numbers: &'static [f32] = unsafe { core::slice::from_raw_parts(memory, needed) };
+        let bytes = if form.reads_file() { bytes } else { &[] };
+        // SAFETY: the caller's promise.
+        unsafe { put(&out, Form { form, numbers, bytes }) };
         Ok(())
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 10, body) }
 }
 
-/// The form that an argument points to, as [`opened`].
+/// The form that an argument points to, see [`tagged`].
 ///
 /// # Safety
-/// As [`opened`].
+/// As [`tagged`].
 pub(crate) unsafe fn formed<'a>(
     arguments: &mut Arguments,
     argument: u32,
     prepared: *const hab_prepared,
-) -> Result<&'a Prepared<'static>, Refusal> {
-    let pointer = arguments.object(argument, prepared).pointer().cast::<Form>();
-    arguments.compared()?;
-    // SAFETY: not null, aligned; both tags are plain numbers and lie within the struct.
-    let tags = unsafe { ((&raw const (*pointer).tag).read(), (&raw const (*pointer).end_tag).read()) };
-    if tags != (TAG, !TAG) {
-        return Err(Refusal::NotOpened { argument });
-    }
-    // SAFETY: the tags say that this library has written the struct.
-    let form = unsafe { &*pointer };
-    arguments.also_read(argument, form.numbers);
-    arguments.compared()?;
-    Ok(&form.form)
+) -> Result<&'a Form, Refusal> {
+    // SAFETY: the caller's promise.
+    unsafe { tagged(arguments, argument, prepared) }
 }
 
 /// The free weights of a form as weights of a generator.
-pub(crate) fn free_weights<'a>(form: &Prepared<'_>, weights: &'a [f32]) -> Weights<'a> {
+pub(crate) fn free_weights<'a>(form: &AnyPrepared<'_, '_>, weights: &'a [f32]) -> Weights<'a> {
     match form.free() {
         Mode::Identity => Weights { identity: weights, pose: &[] },
         Mode::Pose => Weights { identity: &[], pose: weights },
@@ -144,7 +147,7 @@ pub(crate) fn free_weights<'a>(form: &Prepared<'_>, weights: &'a [f32]) -> Weigh
 
 /// Positions of n_vertices vertices of a form from first_vertex on, millimetres, xyz after xyz; weights are those of the mode that is not fixed.
 ///
-/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+/// Returns HAB_OK, HAB_NEEDS_EVALUATION for a form whose vertices share a state (skinned, the identity fixed), HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
 ///
 /// # Safety
 /// `prepared` was made by hab_prepared_init; the others point to as many elements as are said; `detail` is null or can be written.
@@ -163,13 +166,15 @@ pub unsafe extern "C" fn hab_prepared_evaluate(
         let weights = arguments.input(2, weights, weights_len);
         let positions = arguments.output(6, positions, positions_len);
         // SAFETY: the caller's promise.
-        let form = unsafe { formed(arguments, 1, prepared)? };
+        let form = &unsafe { formed(arguments, 1, prepared)? }.form;
+        stateless(form)?;
         length(2, form.dim(), weights_len)?;
         let range = range(first_vertex, n_vertices, form.vertex_count())?;
         length(6, 3 * range.len(), positions_len)?;
         // SAFETY: the caller's promise.
         let (weights, positions) = unsafe { (weights.slice(), positions.slice()) };
-        Ok(kernel::evaluate(form, free_weights(form, weights), range, positions)?)
+        let at = form.begin(free_weights(form, weights), false, &mut [])?;
+        Ok(kernel::evaluate_at(form, at, range, positions)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 8, body) }
@@ -200,13 +205,15 @@ pub unsafe extern "C" fn hab_prepared_linearise(
         let values = arguments.output(6, values, values_len);
         let jacobian = arguments.output(8, jacobian, jacobian_len);
         // SAFETY: the caller's promise.
-        let form = unsafe { formed(arguments, 1, prepared)? };
+        let form = &unsafe { formed(arguments, 1, prepared)? }.form;
+        stateless(form)?;
         length(2, form.dim(), weights_len)?;
         let range = range(first_block, n_blocks, form.block_count())?;
         block_lengths([6, 8], range.len(), form.dim(), [values_len, jacobian_len])?;
         // SAFETY: the caller's promise.
         let (weights, values, jacobian) = unsafe { (weights.slice(), values.slice(), jacobian.slice()) };
-        Ok(kernel::linearise(form, free_weights(form, weights), range, values, jacobian)?)
+        let at = form.begin(free_weights(form, weights), true, &mut [])?;
+        Ok(kernel::linearise_at(form, at, range, values, jacobian)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 10, body) }

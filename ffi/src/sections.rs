@@ -48,6 +48,34 @@ pub enum hab_section_id {
     HAB_SECTION_PROVENANCE = 16,
     /// What the model misses of shapes it was not trained on: principal components of its residuals, one standard deviation each, mm: components, vertices, 3.
     HAB_SECTION_REMAINDER = 17,
+    /// The first term of each block, the mean shape, where the coefficients have 16 or 8 bits: blocks, 3, 16.
+    HAB_SECTION_OFFSETS = 18,
+    /// Scale and offset of the 8-bit codes of each term and axis of a block: blocks, terms, 3, 2.
+    HAB_SECTION_RANGES = 19,
+    /// How far a quantised model lies from the one it was made from, millimetres: mean, root of the mean square, and largest distance of a vertex.
+    HAB_SECTION_QUANTISATION_ERROR = 20,
+    /// The joint that carries each joint; HAB_NO_PARENT for a root.
+    HAB_SECTION_JOINT_PARENTS = 21,
+    /// Axis of each joint in the standard posture, all zero for one that turns about all of them: joints, 3.
+    HAB_SECTION_JOINT_AXES = 22,
+    /// Position of each joint in the mean shape, millimetres: joints, 3.
+    HAB_SECTION_JOINT_POSITIONS = 23,
+    /// How each joint follows the identity, millimetres per weight: joints, identity_dim, 3.
+    HAB_SECTION_JOINT_BASIS = 24,
+    /// Name of each joint, a line each.
+    HAB_SECTION_JOINT_NAMES = 25,
+    /// First entry of each block in the two following sections, and their number: blocks + 1.
+    HAB_SECTION_SKIN_STARTS = 26,
+    /// Joint of each entry.
+    HAB_SECTION_SKIN_JOINTS = 27,
+    /// Weight with which the entry's joint holds each vertex of the block: entries, 16.
+    HAB_SECTION_SKIN_WEIGHTS = 28,
+    /// Lower bound of each pose weight, radians.
+    HAB_SECTION_POSE_LOWER = 29,
+    /// Upper bound of each pose weight, radians.
+    HAB_SECTION_POSE_UPPER = 30,
+    /// Grid of a wavelet model: width and height of its base, levels, transform.
+    HAB_SECTION_GRID = 31,
 }
 
 /// Type of a section's elements, little-endian in the file.
@@ -60,6 +88,10 @@ pub enum hab_element {
     HAB_ELEMENT_U32 = 2,
     /// 32-bit reals.
     HAB_ELEMENT_F32 = 3,
+    /// 16-bit reals.
+    HAB_ELEMENT_F16 = 4,
+    /// 8-bit codes, which HAB_SECTION_RANGES gives a meaning.
+    HAB_ELEMENT_I8 = 5,
 }
 
 /// A section of a model file. Set struct_bytes to sizeof(hab_section) before the call.
@@ -160,7 +192,7 @@ fn found(opened: &Opened, section: u32) -> Result<Section<'static>, Error> {
     opened.model.sections().find(section).ok_or(Error::Unsupported { section })
 }
 
-/// Copies integers of a section in the byte order of this machine: triangles (three a face), landmark vertices, mirror vertices.
+/// Copies integers of a section in the byte order of this machine: triangles (three a face), landmark vertices, mirror vertices, parents of joints.
 ///
 /// Returns HAB_OK, HAB_UNSUPPORTED when the file has no such section, HAB_BAD_OPTION (2) when its elements are no integers, HAB_INDEX_OUT_OF_RANGE when
 /// first + values_len exceeds its elements, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
@@ -180,7 +212,7 @@ pub unsafe extern "C" fn hab_model_read_u32(
     unsafe { read(model, section_id, ElementType::U32, first, values, values_len, u32::from_le_bytes, detail) }
 }
 
-/// Copies reals of a section in the byte order of this machine: means, scales, precisions, starting poses, spectra.
+/// Copies reals of a section in the byte order of this machine: means, scales, precisions, starting poses, spectra, bounds, joints.
 ///
 /// Returns as hab_model_read_u32; HAB_BAD_OPTION (2) when the section's elements are no reals.
 ///
@@ -258,6 +290,7 @@ pub unsafe extern "C" fn hab_model_text(
             Some(SectionId::LandmarkNames) => model.landmark_names(),
             Some(SectionId::PoseNames) => model.pose_names(),
             Some(SectionId::Provenance) => model.provenance_lines(),
+            Some(SectionId::JointNames) => model.joint_names(),
             _ => {
                 found(opened, section_id)?;
                 return Err(Refusal::Kernel(Error::BadOption { option: 2 }));

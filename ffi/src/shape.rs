@@ -3,8 +3,9 @@
 //! One type for both: the solver is 40 KB of code for every vector width, and the choice costs a branch per block of vertices.
 
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::prepared::Prepared;
-use habitus_core::generator::{Block, Generator, NUMBERS, Weights};
+use habitus_core::generator::any_prepared::AnyPrepared;
+use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
+use habitus_core::workspace::Requirement;
 
 use crate::code::{Refusal, length};
 use crate::memory::Arguments;
@@ -14,7 +15,7 @@ use crate::prepared::{formed, hab_prepared};
 /// A model and perhaps a form of all its blocks.
 pub(crate) struct Shape<'a> {
     opened: &'a Opened,
-    form: Option<&'a Prepared<'static>>,
+    form: Option<&'a AnyPrepared<'static, 'static>>,
 }
 
 impl<'a> Shape<'a> {
@@ -37,7 +38,7 @@ impl<'a> Shape<'a> {
             return Ok(Shape { opened, form: None });
         }
         // SAFETY: the caller's promise.
-        let form = unsafe { formed(arguments, 2, prepared)? };
+        let form = &unsafe { formed(arguments, 2, prepared)? }.form;
         // A form of some of the blocks, or of another model, has other vertices.
         length(2, opened.generator.vertex_count(), form.vertex_count())?;
         let free_dim = match form.free() {
@@ -79,33 +80,31 @@ impl Generator for Shape<'_> {
         either!(self, generator => generator.pose_dim())
     }
 
-    #[inline(always)]
-    fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block> {
-        either!(self, generator => generator.block_unchecked(weights, block))
+    fn state_req(&self, derivatives: bool) -> Requirement {
+        either!(self, generator => generator.state_req(derivatives))
+    }
+
+    fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        either!(self, generator => generator.write_state(weights, derivatives, state));
     }
 
     #[inline(always)]
-    fn linearised_block_unchecked(
-        &self,
-        weights: Weights<'_>,
-        block: usize,
-        jacobian: &mut [[f32; NUMBERS]],
-    ) -> Option<Block> {
-        either!(self, generator => generator.linearised_block_unchecked(weights, block, jacobian))
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
+        either!(self, generator => generator.block_unchecked(at, block))
     }
 
     #[inline(always)]
-    fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
-        either!(self, generator => generator.vertex_unchecked(weights, vertex))
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
+        either!(self, generator => generator.linearised_block_unchecked(at, block, jacobian))
     }
 
     #[inline(always)]
-    fn linearised_vertex_unchecked(
-        &self,
-        weights: Weights<'_>,
-        vertex: usize,
-        jacobian: &mut [[f32; 3]],
-    ) -> Option<[f32; 3]> {
-        either!(self, generator => generator.linearised_vertex_unchecked(weights, vertex, jacobian))
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
+        either!(self, generator => generator.vertex_unchecked(at, vertex))
+    }
+
+    #[inline(always)]
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
+        either!(self, generator => generator.linearised_vertex_unchecked(at, vertex, jacobian))
     }
 }

@@ -107,9 +107,10 @@ fn check_linearised(case: &Case, generator: &Bilinear<'_>) {
         let expected: Vec<f32> = expected.iter().flat_map(|vertex| vertex.derivatives[k]).collect();
         assert_same("derivatives", &points_of_blocks(&column, n), &expected);
     }
+    let at = generator.begin(weights, true, &mut []).expect("weights that were checked");
     let mut of_vertex = vec![[0.0; 3]; dim];
     for (v, expected) in expected.iter().enumerate() {
-        let position = generator.linearised_vertex_unchecked(weights, v, &mut of_vertex).expect("a vertex");
+        let position = generator.linearised_vertex_unchecked(at, v, &mut of_vertex).expect("a vertex");
         assert_same("position of a vertex", &position, &expected.value);
         assert_same("derivatives of a vertex", of_vertex.as_flattened(), expected.derivatives.as_flattened());
     }

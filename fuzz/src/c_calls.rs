@@ -70,8 +70,8 @@ pub fn check(bytes: &[u8]) {
     let mut arena = Arena {
         words: vec![0; SLOT * SLOTS / 8],
         file,
-        model: hab_model { opaque: [MaybeUninit::zeroed(); 32] },
-        prepared: hab_prepared { opaque: [MaybeUninit::zeroed(); 16] },
+        model: hab_model { opaque: [MaybeUninit::zeroed(); 80] },
+        prepared: hab_prepared { opaque: [MaybeUninit::zeroed(); 64] },
         before: Vec::new(),
         outputs: Vec::new(),
         scratch: (0, 0),
@@ -148,7 +148,7 @@ impl Arena {
     /// Makes the call; whether it takes a detail.
     fn called(&mut self, call: &Call, detail: *mut hab_error_detail) -> (hab_code, bool) {
         let [a, b, c] = call.numbers.map(u32::from);
-        let closed = hab_model { opaque: [MaybeUninit::zeroed(); 32] };
+        let closed = hab_model { opaque: [MaybeUninit::zeroed(); 80] };
         let model: *const hab_model = match call.lengths[7] {
             0..248 => &self.model,
             248..252 => &closed,

@@ -8,6 +8,7 @@ use habitus_reference::bilinear::Bilinear;
 use habitus_reference::model_file::{Extras, Section, bytes, sections};
 use habitus_reference::prior::Gaussian;
 
+use crate::body_case::Choice;
 use crate::numbers::HARD;
 
 static CRC32: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
@@ -73,8 +74,8 @@ impl Damage {
     /// The damaged file with sound checksums; `None` when the bytes do not make a list of changes.
     pub fn file_of(bytes: &[u8]) -> Option<Vec<u8>> {
         let damage = Damage::arbitrary_take_rest(Unstructured::new(bytes)).ok()?;
-        static SOUND: OnceLock<[Vec<u8>; 4]> = OnceLock::new();
-        let sound = SOUND.get_or_init(|| [0, 1, 2, 3].map(sound_file));
+        static SOUND: OnceLock<[Vec<u8>; SOUND_FILES]> = OnceLock::new();
+        let sound = SOUND.get_or_init(|| std::array::from_fn(sound_file));
         let mut file = sound[usize::from(damage.base) % sound.len()].clone();
         for change in damage.changes.iter().take(64) {
             change.apply(&mut file);
@@ -170,8 +171,31 @@ fn long_at(file: &[u8], at: usize) -> usize {
     bytes.and_then(|bytes| usize::try_from(u64::from_le_bytes(*bytes)).ok()).unwrap_or(usize::MAX)
 }
 
-/// A sound model file, small: one of four, with and without linear terms, with the coefficients alone or with every section.
+/// Sound files that there are.
+pub const SOUND_FILES: usize = 8;
+
+/// A linear model or a body, small, in one of the storages.
+fn sound_body(base: usize) -> Vec<u8> {
+    // Ball, hinge, ball; corrective terms and dual quaternions by bits 0 and 1, joints that follow by bit 2.
+    let choice = Choice {
+        n: 16,
+        dim: 1,
+        joints: [(0, 0), (0, 1), (1, 0), (0, 2)],
+        n_joints: 1 + base as u8 % 2,
+        flags: [0, 4, 7, 2][base % 4],
+        storage: [2, 0, 2, 1][base % 4],
+        seed: 5,
+        term_size: 1,
+        ..Choice::default()
+    };
+    choice.case().file(base.is_multiple_of(4)).1
+}
+
+/// A sound model file, small: bilinear with and without linear terms, with the coefficients alone or with every section; linear; bodies.
 pub fn sound_file(base: usize) -> Vec<u8> {
+    if base % SOUND_FILES >= 4 {
+        return sound_body(base);
+    }
     let (n, [di, dp]) = [(1, [1, 1]), (17, [2, 1]), (16, [1, 3]), (20, [2, 2])][base % 4];
     let mut state = 1u32;
     let mut points = |size: f32| -> Vec<[f32; 3]> {

@@ -4,6 +4,8 @@
 #![deny(unsafe_code)]
 
 pub mod bilinear;
+pub mod bodies;
+pub mod body_case;
 // C functions are called through pointers.
 #[allow(unsafe_code)]
 pub mod c_calls;

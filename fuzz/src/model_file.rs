@@ -3,10 +3,10 @@
 //! Bytes that begin as a model file does are opened as they are, and once more with length and checksums repaired, so that the
 //! checks behind the checksums are reached. Other bytes are a list of changes of a sound file.
 
+use habitus_core::Error;
 use habitus_core::format::limits::{MAX_COEFFICIENT, MAX_WEIGHT};
-use habitus_core::format::{Checksums, Mode, Model, SectionId, SectionSource, write, written_len};
-use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::prepared::{Prepared, prepared_req};
+use habitus_core::format::{Checksums, Kind, Mode, Model, SectionId, SectionSource, write, written_len};
+use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::{Generator, LANES, NUMBERS, Weights};
 
 use crate::bits::{assert_finite, assert_same};
@@ -59,9 +59,15 @@ fn numbers_of(model: &Model<'_>) -> Vec<f32> {
     check_topology(model);
     check_texts(model);
     check_statistics(model);
-    let generator = model.bilinear().expect("an opened model has a generator");
-    let header = generator.header();
-    let (di, dp) = (header.identity_dim as usize, header.pose_dim as usize);
+    check_joints(model);
+    let generator = match model.generator() {
+        Ok(generator) => generator,
+        Err(error) => {
+            assert_eq!((error, model.header().kind), (Error::Unsupported { section: 31 }, Kind::Wavelet));
+            return Vec::new();
+        }
+    };
+    let (di, dp) = (generator.identity_dim(), generator.pose_dim());
     let mean = |mode| model.gaussian(mode).map(|gaussian| gaussian.mean.iter().collect());
     let signs = |d: usize| (0..d).map(|k| if k % 3 == 1 { -MAX_WEIGHT } else { MAX_WEIGHT }).collect();
     let (mean_x, mean_y): (Option<Vec<f32>>, Option<Vec<f32>>) = (mean(Mode::Identity), mean(Mode::Pose));
@@ -70,7 +76,7 @@ fn numbers_of(model: &Model<'_>) -> Vec<f32> {
         (vec![1.5; di], vec![-0.75; dp]),
         (signs(di), signs(dp)),
     ];
-    at.iter().flat_map(|(x, y)| evaluated(&generator, x, y)).collect()
+    at.iter().flat_map(|(x, y)| evaluated(&generator, model.header().kind, x, y)).collect()
 }
 
 fn check_topology(model: &Model<'_>) {
@@ -144,40 +150,78 @@ fn check_statistics(model: &Model<'_>) {
     }
 }
 
-/// Positions, derivatives and prepared forms at weights within the limits: all finite, and the same by every way.
-fn evaluated(generator: &Bilinear<'_>, x: &[f32], y: &[f32]) -> Vec<f32> {
+/// The skeleton of a body: parents before children, axes of unit length, bounds in order.
+fn check_joints(model: &Model<'_>) {
+    if model.header().kind != Kind::Skinned {
+        assert!(model.pose_bounds().is_none() && model.joint_names().is_none());
+        return;
+    }
+    let skeleton = model.skeleton().expect("a body has a skeleton");
+    let pose_dim = model.header().pose_dim as usize;
+    assert_eq!(skeleton.angles().last().map(|angles| angles.end), Some(pose_dim));
+    for index in 0..skeleton.n_joints() {
+        let joint = skeleton.joint(index).expect("a joint");
+        assert!(joint.parent.is_none_or(|parent| parent < index));
+        let length = |axis: [f32; 3]| axis.iter().map(|value| value * value).sum::<f32>();
+        assert!(joint.axis.is_none_or(|axis| (length(axis) - 1.0).abs() < 2e-4));
+    }
+    assert_eq!(skeleton.joint(skeleton.n_joints()), None);
+    if let Some((lower, upper)) = model.pose_bounds() {
+        assert_eq!((lower.len(), upper.len()), (pose_dim, pose_dim));
+        assert!(lower.iter().zip(upper.iter()).all(|(lower, upper)| lower <= upper));
+    }
+    if let Some(names) = model.joint_names() {
+        assert_eq!(names.iter().count(), skeleton.n_joints());
+    }
+}
+
+/// Positions of all vertices.
+fn positions(generator: &impl Generator, weights: Weights<'_>) -> Vec<f32> {
     let n = generator.vertex_count();
-    let weights = Weights { identity: x, pose: y };
-    let mut whole = vec![f32::NAN; 3 * n];
-    generator.evaluate(weights, 0..n, &mut whole).expect("weights within the limits");
-    assert_finite("positions", &whole);
+    let mut state = vec![f32::NAN; generator.state_req(false).numbers()];
+    let at = generator.begin(weights, false, &mut state).expect("weights within the limits");
+    let mut out = vec![f32::NAN; 3 * n];
+    generator.evaluate_at(at, 0..n, &mut out).expect("all vertices");
+    assert_finite("positions", &out);
     let cut = n / 3;
     let mut parts = vec![f32::NAN; 3 * n];
     let (front, back) = parts.split_at_mut(3 * cut);
-    generator.evaluate(weights, 0..cut, front).expect("a range");
-    generator.evaluate(weights, cut..n, back).expect("a range");
-    assert_same("positions by ranges", &parts, &whole);
+    generator.evaluate_at(at, 0..cut, front).expect("a range");
+    generator.evaluate_at(at, cut..n, back).expect("a range");
+    assert_same("positions by ranges", &parts, &out);
+    out
+}
 
+/// Positions, derivatives and prepared forms at weights within the limits: all finite, and the same by every way.
+fn evaluated(generator: &AnyGenerator<'_>, kind: Kind, x: &[f32], y: &[f32]) -> Vec<f32> {
+    let n = generator.vertex_count();
+    let weights = Weights { identity: x, pose: y };
+    let mut whole = positions(generator, weights);
     let blocks = generator.block_count();
+    let mut state = vec![f32::NAN; generator.state_req(true).numbers()];
+    let at = generator.begin(weights, true, &mut state).expect("weights within the limits");
     let mut values = vec![f32::NAN; blocks * NUMBERS];
     let mut jacobian = vec![f32::NAN; blocks * NUMBERS * generator.dim()];
-    generator.linearise(weights, 0..blocks, &mut values, &mut jacobian).expect("all blocks");
+    generator.linearise_at(at, 0..blocks, &mut values, &mut jacobian).expect("all blocks");
     assert_finite("derivatives", &jacobian);
     let vertex_of = |values: &[f32], v: usize| [0, 1, 2].map(|axis| values[(v / LANES * 3 + axis) * LANES + v % LANES]);
     let of_blocks: Vec<f32> = (0..n).flat_map(|v| vertex_of(&values, v)).collect();
     assert_same("positions of the linearised blocks", &of_blocks, &whole);
 
     for (fixed, given) in [(Mode::Pose, y), (Mode::Identity, x)] {
-        let mut memory = vec![f32::NAN; prepared_req(generator, fixed, &(0..blocks)).numbers()];
-        let prepared = Prepared::new(generator, fixed, given, 0..blocks, &mut memory).expect("all blocks");
+        let requirement = generator.prepared_req(fixed, &(0..blocks));
+        if kind == Kind::Linear {
+            assert_eq!(requirement, Err(Error::WrongKind { expected: 1, found: 2 }));
+            continue;
+        }
+        let mut memory = vec![f32::NAN; requirement.expect("a form of this kind").numbers()];
+        let prepared = generator.prepared(fixed, given, 0..blocks, &mut memory).expect("all blocks");
         let free = match fixed {
             Mode::Identity => Weights { identity: &[], pose: y },
             Mode::Pose => Weights { identity: x, pose: &[] },
         };
-        let mut out = vec![f32::NAN; 3 * n];
-        prepared.evaluate(free, 0..n, &mut out).expect("all vertices");
-        assert_finite("positions of a prepared form", &out);
-        if fixed == Mode::Pose {
+        let out = positions(&prepared, free);
+        if fixed == Mode::Pose && kind == Kind::Bilinear {
             assert_same("positions with the pose fixed", &out, &whole);
         }
     }

@@ -1,6 +1,6 @@
 // habitus.hpp: its views, results and owners, and that it hands everything through to habitus.h.
 //
-//     wrapper MODEL.hab
+//     wrapper MODEL.hab BODY.hab
 //
 // Compiled with exceptions and without. Each check names its line when it fails.
 #include <habitus.hpp>
@@ -32,6 +32,8 @@ static_assert(!std::is_copy_constructible_v<habitus::model_file> && !std::is_cop
 static_assert(!std::is_copy_constructible_v<habitus::prepared> && !std::is_copy_assignable_v<habitus::prepared>);
 static_assert(std::is_nothrow_move_constructible_v<habitus::model_file> && std::is_nothrow_move_constructible_v<habitus::prepared>);
 static_assert(std::is_trivially_copyable_v<habitus::model>);
+static_assert(!std::is_copy_constructible_v<habitus::evaluation> && !std::is_copy_assignable_v<habitus::evaluation>);
+static_assert(std::is_nothrow_move_constructible_v<habitus::evaluation>);
 static_assert(!std::is_convertible_v<const std::vector<float>&, habitus::span<float>>);
 static_assert(!std::is_convertible_v<std::vector<float>&&, habitus::span<float>>);
 static_assert(!std::is_convertible_v<std::vector<double>&, habitus::span<const float>>);
@@ -65,6 +67,9 @@ LENT(lends_landmark_name, .landmark_name(0));
 LENT(lends_landmark_names, .landmark_names());
 LENT(lends_pose_name, .pose_name(0));
 LENT(lends_pose_names, .pose_names());
+LENT(lends_joint_name, .joint_name(0));
+LENT(lends_joint_names, .joint_names());
+LENT(begins, .begin({}, {}));
 LENT(lends_section, .section(0));
 LENT(lends_sections, .sections());
 LENT(lends_found_section, .find_section(1));
@@ -78,6 +83,10 @@ static_assert(!names_by_arrow<habitus::result<model_file>> && !names_by_star<hab
 static_assert(!names_by_value<habitus::result<model_file>>);
 // A view may be temporary, as may be a result that owns what it holds.
 static_assert(names_by_arrow<habitus::result<model>> && names_by_star<habitus::result<model>>);
+
+// Nor does an evaluation outlive a temporary form.
+CALLABLE(form_begins, .begin({}))
+static_assert(form_begins<habitus::prepared&> && form_begins<const habitus::prepared&> && !form_begins<habitus::prepared>);
 
 // Options keep addresses: not those of temporaries.
 CALLABLE(starts, .start_from(std::declval<habitus::fit_result>()))
@@ -184,6 +193,8 @@ void moved_from(const habitus::model_file& gone) {
     CHECK(gone.mean(habitus::mode::pose).error() == HAB_NOT_OPENED);
     CHECK(gone.deviations_from_weights(habitus::mode::pose, some).error() == HAB_NOT_OPENED);
     CHECK(gone.prepare(habitus::mode::pose, some).error() == HAB_NOT_OPENED);
+    CHECK(gone.begin(some, some).error() == HAB_NOT_OPENED && gone.joint(0).error() == HAB_NOT_OPENED);
+    CHECK(gone.joint_names().error() == HAB_NOT_OPENED && gone.pose_bounds().error() == HAB_NOT_OPENED);
     CHECK(gone.linearise(some, some).error() == HAB_NOT_OPENED && gone.fit_landmarks(some).error() == HAB_NOT_OPENED);
 }
 
@@ -508,11 +519,103 @@ void sequence(const habitus::model& model) {
     }
 }
 
+/// A face by an evaluation, which it does not need.
+void evaluation_of_face(const habitus::model& model) {
+    const auto identity = model.mean(habitus::mode::identity).value();
+    const auto pose = model.mean(habitus::mode::pose).value();
+    CHECK(!model.needs_evaluation() && model.kind() == habitus::kind::bilinear && model.n_joints() == 0);
+    const auto begun = model.begin(identity, pose, habitus::derivatives::yes).value();
+    CHECK(same(begun.positions().value(), model.evaluate(identity, pose).value()));
+    CHECK(same(begun.linearise().value().jacobian, model.linearise(identity, pose).value().jacobian));
+    CHECK(begun.joint_positions().error() == HAB_UNSUPPORTED && begun.dim() == model.identity_dim() + model.pose_dim());
+    CHECK(model.joint(0).error() == HAB_UNSUPPORTED && model.pose_bounds().error() == HAB_UNSUPPORTED);
+    habitus::model copy = model;
+    CHECK(copy.set_blend(habitus::blend::linear).error() == HAB_WRONG_KIND);
+    CHECK(copy.set_joints(habitus::joints::mean).error() == HAB_WRONG_KIND);
+}
+
+/// A skinned model.
+void body(habitus::model_file& body) {
+    using namespace habitus;
+    CHECK(body.kind() == kind::skinned && body.needs_evaluation() && body.blend() == blend::linear);
+    CHECK(body.joints() == joints::regressed && body.counts().element == HAB_ELEMENT_F32);
+    const auto names = body.joint_names().value();
+    CHECK(names.size() == body.n_joints() && body.joint_name(0).value() == names[0] && !body.joint_name(body.n_joints()).has_value());
+    std::uint32_t weights = 0;
+    for (std::uint32_t index = 0; index < body.n_joints(); ++index) {
+        const hab_joint joint = body.joint(index).value();
+        CHECK((joint.parent == HAB_NO_PARENT) == (index == 0) && joint.first_weight == weights);
+        weights += joint.n_weights;
+    }
+    CHECK(weights == body.pose_dim() && body.joint(body.n_joints()).error() == HAB_INDEX_OUT_OF_RANGE);
+    const auto bounds = body.pose_bounds().value();
+    std::vector<float> pose(body.pose_dim());
+    for (std::size_t i = 0; i < pose.size(); ++i) {
+        pose[i] = 0.25F * bounds.first[i] + 0.5F * bounds.second[i];
+    }
+    std::vector<float> identity(body.identity_dim(), 0.5F);
+
+    auto begun = body.begin(identity, pose).value();
+    const auto positions = begun.positions().value();
+    CHECK(same(body.evaluate(identity, pose).value(), positions));
+    const auto part = body.evaluate_range(identity, pose, 17, 20).value();
+    CHECK(same(part, std::vector<float>(positions.begin() + 51, positions.begin() + 111)));
+    std::vector<float> memory(positions.size());
+    CHECK(body.evaluate(identity, pose, memory).error() == HAB_NEEDS_EVALUATION);
+    CHECK(body.evaluate_range(identity, pose, 0, 1, memory).error() == HAB_NEEDS_EVALUATION);
+    CHECK(begun.positions_range(1, 1, span<float>(memory.data(), 3)) && memory[0] == positions[3]);
+    CHECK(begun.positions(span<float>(memory.data(), 3)).error() == HAB_DIMENSION_MISMATCH);
+    const auto joints_there = begun.joint_positions().value();
+    CHECK(joints_there.size() == body.n_joints());
+    CHECK(begun.linearise().error() == HAB_BAD_OPTION);
+    CHECK(body.begin({}, pose).error() == HAB_DIMENSION_MISMATCH && body.evaluate({}, pose).error() == HAB_DIMENSION_MISMATCH);
+    CHECK(body.linearise(identity, {}).error() == HAB_DIMENSION_MISMATCH);
+    CHECK(!body.linearise(identity, pose).value().jacobian.empty());
+    habitus::evaluation moved = std::move(begun);
+    CHECK(same(moved.positions().value(), positions) && begun.positions().error() == HAB_NOT_OPENED); // NOLINT: on purpose
+    begun = std::move(moved);
+    CHECK(same(begun.positions().value(), positions));
+
+    // Forms.
+    const auto person = body.prepare(mode::identity, identity).value();
+    const auto posed = person.begin(pose, derivatives::yes).value();
+    CHECK(same(person.evaluate(pose).value(), positions) && same(posed.positions().value(), positions));
+    CHECK(posed.joint_positions().value() == joints_there && posed.dim() == body.pose_dim());
+    CHECK(same(person.linearise(pose).value().jacobian, posed.linearise().value().jacobian));
+    CHECK(person.evaluate(pose, memory).error() == HAB_NEEDS_EVALUATION && person.evaluate(identity).error() == HAB_DIMENSION_MISMATCH);
+    const auto posture = body.prepare(mode::pose, pose).value();
+    CHECK(largest_difference(posture.evaluate(identity).value(), positions) < 0.01F);
+    CHECK(posture.begin(identity).value().joint_positions().error() == HAB_UNSUPPORTED);
+
+    // Fits from the standard posture; the root joint already turns the body.
+    std::vector<point> targets;
+    for (const std::uint32_t vertex : body.landmarks().value()) {
+        targets.push_back({positions[3 * vertex], positions[3 * vertex + 1], positions[3 * vertex + 2]});
+    }
+    auto options = fit_options().frame(frame::fixed).place(false).pose_prior(prior::bounds).max_iterations(200);
+    CHECK(body.fit_workspace(options) > hab_fit_workspace_bytes(body.identity_dim(), body.pose_dim(), HAB_FRAME_FIXED) / sizeof(float));
+    const auto found = body.fit_landmarks(targets, options).value();
+    CHECK(found.report.rms < 3);
+    for (std::size_t i = 0; i < pose.size(); ++i) {
+        CHECK(found.pose[i] >= bounds.first[i] && found.pose[i] <= bounds.second[i]);
+    }
+    const auto tracked = body.fit_landmarks(targets, fit_options(options).with_form(person)).value();
+    CHECK(tracked.identity.empty() && tracked.report.rms < 0.5F);
+    CHECK(body.fit_landmarks(targets, fit_options(options).pose_prior(prior::gaussian)).error() == HAB_UNSUPPORTED);
+
+    // Other ways of moving.
+    CHECK(body.set_blend(blend::dual_quaternion) && body.blend() == blend::dual_quaternion);
+    CHECK(body.set_joints(joints::mean) && body.joints() == joints::mean);
+    CHECK(!same(body.evaluate(identity, pose).value(), positions) && same(begun.positions().value(), positions));
+    CHECK(body.set_blend(static_cast<blend>(7)).error() == HAB_BAD_OPTION && body.blend() == blend::dual_quaternion);
+    CHECK(body.set_blend(blend::linear) && body.set_joints(joints::regressed) && same(body.evaluate(identity, pose).value(), positions));
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 2) {
-        std::fprintf(stderr, "usage: wrapper MODEL.hab\n");
+    if (argc != 3) {
+        std::fprintf(stderr, "usage: wrapper MODEL.hab BODY.hab\n");
         return 2;
     }
     views();
@@ -525,9 +628,15 @@ int main(int argc, char** argv) {
         fitting(*model);
         no_statistics(*model);
         sequence(*model);
+        evaluation_of_face(*model);
     } else {
         ++faults;
         std::printf("%s: %s\n", argv[1], model.error().message().c_str());
+    }
+    auto opened = habitus::model_file::read(argv[2]);
+    CHECK(opened.has_value());
+    if (opened) {
+        body(*opened);
     }
     CHECK(habitus::library_is_new_enough());
     std::printf("%d checks, %d faults\n", checks, faults);

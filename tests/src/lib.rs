@@ -3,7 +3,9 @@
 
 pub mod data;
 pub mod gltf_files;
+pub mod models;
 pub mod random;
+pub mod small_body;
 pub mod small_model;
 pub mod vectors;
 

@@ -23,6 +23,7 @@ pub fn bytes() -> Vec<u8> {
         pose_dim: POSE as u32,
         identity_linear: true,
         pose_linear: true,
+        dual_quaternion: false,
     };
     let coefficients = coefficients(&header);
     let unit = |n: usize| (0..n * n).map(move |k| if k % (n + 1) == 0 { 1.0f32 } else { 0.0 });

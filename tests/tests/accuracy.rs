@@ -3,10 +3,13 @@
 use habitus_core::format::Model;
 use habitus_core::generator::{Generator, Weights};
 use habitus_tests::reference::bilinear::Bilinear;
-use habitus_tests::reference::model_file::{Extras, bytes, sections};
+use habitus_tests::reference::model_file::{Extras, bytes, file, sections};
 use habitus_tests::reference::normal_equations::{Frame, Sample, equations};
 use habitus_tests::reference::placement::Placement;
-use habitus_tests::vectors::Stream;
+use habitus_tests::reference::skin_file::{skinned_head, skinned_sections};
+use habitus_tests::reference::skinned::Skinned;
+use habitus_tests::reference::storage::Storage;
+use habitus_tests::vectors::{Shape, Stream, skinned};
 
 fn model(name: &str, n: usize, di: usize, dp: usize, linear: bool) -> Bilinear {
     let mut stream = Stream::of(name);
@@ -100,4 +103,148 @@ fn energy_against_double_precision() {
     let error = (f64::from(energy) - exact).abs();
     println!("energy: error {error:.3e}, bound {bound:.3e}, energy {exact:.3e}");
     assert!(error <= bound && bound < 1e-4 * exact);
+}
+
+/// The bodies whose derivatives and values are compared: both blends, corrective terms, joints that follow and that stay.
+fn bodies() -> Vec<(&'static str, Skinned)> {
+    let plain = Shape { joints: 5, corrected: false, dual: false, follows: true, storage: Storage::F32 };
+    [
+        ("linear blend", plain),
+        ("linear blend, corrected", Shape { corrected: true, ..plain }),
+        ("dual quaternions", Shape { dual: true, ..plain }),
+        ("dual quaternions, corrected, in bytes", Shape { dual: true, corrected: true, storage: Storage::I8, ..plain }),
+        ("joints of the mean, in half precision", Shape { follows: false, storage: Storage::F16, ..plain }),
+    ]
+    .map(|(name, shape)| (name, skinned(name, 21, 2, shape)))
+    .into()
+}
+
+fn wide(values: &[f32]) -> Vec<f64> {
+    values.iter().map(|&value| value.into()).collect()
+}
+
+/// The derivatives of the reference in `f64` are those of its values: central differences of 1e-5 rad and 1e-4 standard deviations.
+#[test]
+fn derivatives_of_bodies_against_differences() {
+    let mut worst = 0.0f64;
+    for (name, body) in bodies() {
+        let mut stream = Stream::of(name);
+        for _ in 0..200 {
+            let (z, theta): (Vec<f64>, Vec<f64>) = (stream.numbers(2, 2.0), stream.numbers(9, 1.5));
+            let v = stream.below(21);
+            let found = body.linearised(&z, &theta, v);
+            let size = found.derivatives.iter().flatten().fold(0.0f64, |size, value| size.max(value.abs()));
+            for (k, column) in found.derivatives.iter().enumerate() {
+                let moved = |by: f64| {
+                    let (mut z, mut theta) = (z.clone(), theta.clone());
+                    if k < 2 {
+                        z[k] += by
+                    } else {
+                        theta[k - 2] += by
+                    }
+                    body.value(&z, &theta, v)
+                };
+                let step = if k < 2 { 1e-4 } else { 1e-5 };
+                let (above, below) = (moved(step), moved(-step));
+                for axis in 0..3 {
+                    let error = ((above[axis] - below[axis]) / (2.0 * step) - column[axis]).abs() / size;
+                    assert!(error < 1e-6, "{name}: weight {k}: {error:e} of {size}");
+                    worst = worst.max(error);
+                }
+            }
+        }
+    }
+    println!("derivatives of bodies: largest relative error of the differences {worst:.2e}");
+    assert!(worst > 0.0);
+}
+
+/// The kernel in `f32` against the reference in `f64` at the same weights: bodies of 600 mm with joints as far apart, angles to 1.5.
+#[test]
+fn bodies_against_double_precision() {
+    for (name, body) in bodies() {
+        let file = file(&skinned_head(&body), &skinned_sections(&body, &Extras::default()));
+        let generator = Model::open(&file).unwrap().generator().unwrap();
+        let mut stream = Stream::of(name);
+        let (mut by_value, mut by_derivative) = (0.0f64, 0.0f64);
+        for _ in 0..40 {
+            let (z, theta): (Vec<f32>, Vec<f32>) = (stream.numbers(2, 2.0), stream.numbers(9, 1.5));
+            let mut state = vec![0.0; generator.state_req(true).numbers()];
+            let at = generator.begin(Weights { identity: &z, pose: &theta }, true, &mut state).unwrap();
+            let mut jacobian = vec![[0.0; 3]; 11];
+            for v in 0..21 {
+                let value = generator.linearised_vertex_unchecked(at, v, &mut jacobian).unwrap();
+                let exact = body.linearised(&wide(&z), &wide(&theta), v);
+                for axis in 0..3 {
+                    by_value = by_value.max((f64::from(value[axis]) - exact.value[axis]).abs());
+                    for (found, exact) in jacobian.iter().zip(&exact.derivatives) {
+                        by_derivative = by_derivative.max((f64::from(found[axis]) - exact[axis]).abs());
+                    }
+                }
+            }
+        }
+        println!("{name}: largest error {by_value:.2e} mm, of a derivative {by_derivative:.2e} mm");
+        assert!(by_value < 5e-4 && by_derivative < 5e-4, "{name}: {by_value:e} {by_derivative:e}");
+        assert!(by_value > 1e-6 && by_derivative > 1e-6, "{name}: nothing was compared");
+    }
+}
+
+/// With joints of the mean a body is bilinear (eq. 8.2) in `(1, z)` and the bone transforms: its tensor, written out, gives the same shape.
+#[test]
+fn joints_of_the_mean_are_an_explicit_tensor() {
+    let (n, d, joints) = (50, 2, 5);
+    let shape = Shape { joints, corrected: false, dual: false, follows: false, storage: Storage::F32 };
+    let body = skinned("toy", n, d, shape);
+    // T[v][j][c][l]: what column c of joint j's [R | t] gives vertex v through component l (0: the mean).
+    let entry = |v: usize, j: usize, c: usize, l: usize| -> f64 {
+        let weight = f64::from(body.weights[j][v]);
+        match (c, l) {
+            (3, 0) => weight,
+            (3, _) => 0.0,
+            (_, 0) => weight * f64::from(body.rest.mean[v][c]),
+            _ => weight * body.rest.components[l - 1].decoded::<f64>(v)[c],
+        }
+    };
+    let mut stream = Stream::of("toy weights");
+    let mut worst = 0.0f64;
+    for _ in 0..20 {
+        let (z, theta): (Vec<f64>, Vec<f64>) = (stream.numbers(d, 2.0), stream.numbers(9, 1.5));
+        let with_one: Vec<f64> = std::iter::once(1.0).chain(z.iter().copied()).collect();
+        let motions = body.motions(&z, &theta);
+        for v in 0..n {
+            let value = body.value(&z, &theta, v);
+            for axis in 0..3 {
+                let mut sum = 0.0;
+                for (j, (rotation, translation)) in motions.iter().enumerate() {
+                    for c in 0..4 {
+                        let transform = if c == 3 { translation[axis] } else { rotation[axis][c] };
+                        for (l, z) in with_one.iter().enumerate() {
+                            sum += entry(v, j, c, l) * transform * z;
+                        }
+                    }
+                }
+                worst = worst.max((sum - value[axis]).abs() / 1000.0);
+            }
+        }
+    }
+    println!("explicit tensor: largest error {worst:.2e} of a body of a metre");
+    assert!(worst < 1e-12);
+}
+
+/// The weights of a vertex sum to one; so a pose of zero gives the rest shape.
+#[test]
+fn weights_sum_to_one_and_a_pose_of_zero_rests() {
+    for (name, body) in bodies() {
+        for v in 0..21 {
+            let sum: f64 = body.weights.iter().map(|weights| f64::from(weights[v])).sum();
+            assert!((sum - 1.0).abs() < 2.0 * f64::from(f32::EPSILON), "{name}: {sum}");
+            let z = [1.5f64, -0.75];
+            let (posed, rest) = (body.value(&z, &[0.0; 9], v), body.rest.value(&z, v));
+            for axis in 0..3 {
+                // A blend of matrices scales by the sum of the weights, one of dual quaternions does not.
+                let bound = if body.dual { 0.0 } else { (sum - 1.0).abs() * rest[axis].abs() };
+                let error = (posed[axis] - rest[axis]).abs();
+                assert!(error <= bound + 1e-12 * 1000.0, "{name}: {error:e}");
+            }
+        }
+    }
 }

@@ -6,9 +6,9 @@ use habitus::evaluate;
 use habitus_core::Error;
 use habitus_core::fit::{FitOptions, FitReport, Frame, Samples};
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::prepared::Prepared;
-use habitus_core::generator::{Block, Generator, LANES, NUMBERS, Weights};
+use habitus_core::generator::any::AnyGenerator;
+use habitus_core::generator::any_prepared::AnyPrepared;
+use habitus_core::generator::{At, Block, Generator, LANES, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_golden::{Backend, Memory, REQUIREMENT, VECTORS, run};
 use habitus_tests::small_model;
@@ -19,35 +19,35 @@ impl Backend for Host {
     fn evaluate<G: Generator>(
         &self,
         generator: &G,
-        weights: Weights<'_>,
+        at: At<'_>,
         vertices: Range<usize>,
         out: &mut [f32],
     ) -> Result<(), Error> {
-        evaluate::evaluate(generator, weights, vertices, out)
+        evaluate::evaluate_at(generator, at, vertices, out)
     }
 
     fn linearised_block<G: Generator>(
         &self,
         generator: &G,
-        weights: Weights<'_>,
+        at: At<'_>,
         block: usize,
         jacobian: &mut [[f32; NUMBERS]],
     ) -> Option<Block> {
         let mut values = [0.0; NUMBERS];
         let columns = jacobian.get_mut(..generator.dim())?.as_flattened_mut();
-        evaluate::linearise(generator, weights, block..block + 1, &mut values, columns).ok()?;
+        evaluate::linearise_at(generator, at, block..block + 1, &mut values, columns).ok()?;
         Some(Block::load(&values))
     }
 
     fn prepared<'w>(
         &self,
-        generator: &Bilinear<'_>,
+        generator: &AnyGenerator<'w>,
         fixed: Mode,
         weights: &[f32],
         blocks: Range<usize>,
         workspace: &'w mut [f32],
-    ) -> Result<Prepared<'w>, Error> {
-        evaluate::prepared(generator, fixed, weights, blocks, workspace)
+    ) -> Result<AnyPrepared<'w, 'w>, Error> {
+        evaluate::any_prepared(generator, fixed, weights, blocks, workspace)
     }
 
     fn normal_equations<G: Generator, S: Samples>(

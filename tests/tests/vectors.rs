@@ -15,10 +15,11 @@ fn committed_vectors_are_those_of_the_reference() {
         assert_eq!(committed.len(), text.len(), "{name}: lengths; {remedy}");
         total += text.len();
     }
-    assert!(total < 300_000, "{total} bytes do not fit a firmware beside its code");
+    // The firmware that runs them has 4 MiB for code and text.
+    assert!(total < 600_000, "{total} bytes are more than a firmware should carry beside its code");
     // Every file there is one that the runner reads.
     let files = std::fs::read_dir(&dir).expect("the folder of the vectors").count();
-    assert_eq!((files, written.len()), (5, 5));
+    assert_eq!((files, written.len()), (6, 6));
     let read: Vec<&str> = habitus_golden::VECTORS.files.iter().map(|(name, _)| *name).chain(["models.txt"]).collect();
     assert!(written.iter().all(|(name, _)| read.contains(name)), "{read:?}");
 }

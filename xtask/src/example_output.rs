@@ -7,6 +7,9 @@ use std::path::PathBuf;
 /// Most that the fitted face may be away from the known one, millimetres: landmarks without noise and gentle priors leave less.
 const CLOSE: f32 = 0.2;
 
+/// Most that the posture found may leave between vertices, millimetres: landmarks without noise determine it.
+const CLOSE_POSTURE: f32 = 0.5;
+
 /// One of the two.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Example {
@@ -30,9 +33,9 @@ impl Example {
         project().join("examples").join(self.folder())
     }
 
-    /// Its source.
-    pub fn source(self) -> PathBuf {
-        self.source_folder().join(format!("face.{}", self.folder()))
+    /// The source of one of its programs, `face` or `body`.
+    pub fn source(self, program: &str) -> PathBuf {
+        self.source_folder().join(format!("{program}.{}", self.folder()))
     }
 
     /// The language that it is compiled as.
@@ -86,19 +89,58 @@ pub fn found(example: Example, text: &str, obj: &str) -> Result<String, String> 
         }
         shown.push(format!("{distance} mm"));
     }
-    mesh(obj, vertices as usize, faces as usize)?;
+    let [.., depth] = mesh(obj, vertices as usize, faces as usize)?;
+    // As the example places it, 40 cm away.
+    if !((300.0..500.0).contains(&depth)) {
+        return Err(format!("the OBJ lies {depth:.0} mm away"));
+    }
     Ok(format!("{vertices} vertices, {}", shown.join(", ")))
 }
 
-/// Fails unless a text is a mesh of so many vertices and triangles, 40 cm away as the example places it.
-fn mesh(obj: &str, vertices: usize, faces: usize) -> Result<(), String> {
-    let (mut n_vertices, mut n_faces, mut depth) = (0, 0, 0.0);
+/// The same of the program that poses a body.
+pub fn body(example: Example, text: &str, obj: &str) -> Result<String, String> {
+    let counts = numbers(text.lines().next().unwrap_or_default());
+    let [vertices, faces, _, angles, joints] = *counts.as_slice() else {
+        return Err(String::from("the first line has no counts"));
+    };
+    let (mut n_joints, mut n_angles, mut moved) = (0.0, 0.0, 0);
+    for line in text.lines().filter(|line| line.starts_with("joint ")) {
+        let values = numbers(line);
+        let [number, weights, from @ .., x, y, z] = values.as_slice() else {
+            return Err(format!("`{line}` lacks numbers"));
+        };
+        if *number != n_joints || from.len() != 3 {
+            return Err(format!("`{line}` where joint {n_joints} and two places were expected"));
+        }
+        n_joints += 1.0;
+        n_angles += *weights;
+        moved += usize::from(from != [*x, *y, *z]);
+    }
+    if (n_joints, n_angles) != (joints, angles) || moved == 0 {
+        return Err(format!("{n_joints} joints with {n_angles} angles, {moved} of them moved"));
+    }
+    let mut shown = format!("{joints} joints");
+    if example == Example::Cpp {
+        let line = text.lines().find(|line| line.starts_with("mesh: ")).ok_or("no line begins with `mesh: `")?;
+        let distance = numbers(line).first().copied().ok_or_else(|| format!("no distance in `{line}`"))?;
+        if !(distance < CLOSE_POSTURE) {
+            return Err(format!("`{line}` where less than {CLOSE_POSTURE} mm was expected"));
+        }
+        shown += &format!(", {distance} mm");
+    }
+    mesh(obj, vertices as usize, faces as usize)?;
+    Ok(shown)
+}
+
+/// The mean position, unless a text is no mesh of so many vertices and triangles.
+fn mesh(obj: &str, vertices: usize, faces: usize) -> Result<[f64; 3], String> {
+    let (mut n_vertices, mut n_faces, mut sum) = (0, 0, [0.0; 3]);
     for (number, line) in obj.lines().enumerate() {
         let values = numbers(line);
         let fits = match (line.get(..2), values.as_slice()) {
-            (Some("v "), [_, _, z]) if values.iter().all(|value| value.is_finite()) => {
+            (Some("v "), [_, _, _]) if values.iter().all(|value| value.is_finite()) => {
                 n_vertices += 1;
-                depth += f64::from(*z);
+                sum.iter_mut().zip(&values).for_each(|(sum, value)| *sum += f64::from(*value));
                 true
             }
             (Some("f "), [_, _, _]) => {
@@ -111,11 +153,10 @@ fn mesh(obj: &str, vertices: usize, faces: usize) -> Result<(), String> {
             return Err(format!("line {} of the OBJ is neither vertex nor triangle: `{line}`", number + 1));
         }
     }
-    let depth = depth / n_vertices as f64;
-    if (n_vertices, n_faces) != (vertices, faces) || !((300.0..500.0).contains(&depth)) {
-        return Err(format!("the OBJ has {n_vertices} vertices, {n_faces} triangles, and lies {depth:.0} mm away"));
+    if (n_vertices, n_faces) != (vertices, faces) {
+        return Err(format!("the OBJ has {n_vertices} vertices and {n_faces} triangles"));
     }
-    Ok(())
+    Ok(sum.map(|sum| sum / n_vertices as f64))
 }
 
 /// The numbers among the words of a line.
@@ -129,6 +170,19 @@ mod tests {
 
     const TEXT: &str = "3 vertices, 1 triangles, 6 identity weights\nfit: 0.041 mm over 13 landmarks, converged\nmesh: 0.058 mm away\n";
     const OBJ: &str = "v 0 0 400\nv 1 0 400\nv 0 1 400\nf 1 2 3\n";
+
+    #[test]
+    fn a_posed_body_is_found_and_a_fault_is_named() {
+        let text = "3 vertices, 1 triangles, 2 identity weights, 4 angles, 2 joints\n\
+            joint 0 hip, 3 angles, from 0.0 9.0 0.0 to 0.0 9.0 0.0\njoint 1 , 1 angles, from 0.0 9.0 1.0 to 0.0 9.5 1.0\nmesh: 0.1 mm\n";
+        assert_eq!(body(Example::C, text, OBJ).unwrap(), "2 joints");
+        assert_eq!(body(Example::Cpp, text, OBJ).unwrap(), "2 joints, 0.1 mm");
+        for (from, to) in
+            [("9.5", "9.0"), ("joint 1", "joint 2"), ("3 angles", "2 angles"), ("mesh", "far"), ("0.1 mm", "9 mm")]
+        {
+            assert!(body(Example::Cpp, &text.replace(from, to), OBJ).is_err(), "{from}");
+        }
+    }
 
     #[test]
     fn a_sound_run_is_found_and_a_fault_is_named() {

@@ -15,8 +15,9 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// The model that the programs open.
+/// The models that the programs open: a face, and a body.
 const MODEL: &str = "examples/firmware/models/face.hab";
+const BODY: &str = "examples/firmware/models/body.hab";
 
 /// Options of `cargo xtask hosts`.
 #[derive(clap::Args)]
@@ -34,6 +35,7 @@ struct Place {
     /// A static library with the list of Rust's layout.
     layout_library: PathBuf,
     model: PathBuf,
+    body: PathBuf,
 }
 
 /// Says what it found in a few words.
@@ -59,11 +61,14 @@ pub fn run(options: &Options) -> Result<()> {
             .map_err(|Failure { sentence, status }| Failure { sentence: format!("{name}: {sentence}"), status })?;
         rows.push((name.as_str(), found));
     }
-    for example in [Example::C, Example::Cpp] {
-        let found = format!("{} meshes of the same bytes", same_meshes(&place, example)?);
-        rows.push((if example == Example::C { "examples/c, every build" } else { "examples/cpp, every build" }, found));
+    for (folder, name) in [
+        ("c", "examples/c, face, every build"),
+        ("cpp", "examples/cpp, face, every build"),
+        ("body", "examples/c and cpp, body, every build"),
+    ] {
+        rows.push((name, format!("{} meshes of the same bytes", same_meshes(&place, folder)?)));
     }
-    let misuse = printed(Command::new(place.scratch.join("misuse")).arg(&place.model))?;
+    let misuse = printed(Command::new(place.scratch.join("misuse")).arg(&place.model).arg(&place.body))?;
     let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
     let sizes =
         [("shared library", size(&libraries.shared_library)), ("static library", size(&libraries.static_library))];
@@ -117,10 +122,10 @@ fn placed(libraries: &Libraries) -> Result<Place> {
     ))?;
     let layout_library = target_dir(TARGET).join("debug/libhabitus_ffi.a");
     layout_entries(&scratch)?;
-    for example in [Example::C, Example::Cpp] {
-        std::fs::create_dir_all(scratch.join("meshes").join(example.folder())).map_err(failed)?;
+    for folder in ["c", "cpp", "body"] {
+        std::fs::create_dir_all(scratch.join("meshes").join(folder)).map_err(failed)?;
     }
-    Ok(Place { prefix, scratch, layout_library, model: project().join(MODEL) })
+    Ok(Place { prefix, scratch, layout_library, model: project().join(MODEL), body: project().join(BODY) })
 }
 
 /// Two at a time, in order; a failed one does not stop the others.
@@ -215,7 +220,8 @@ fn by_cmake(place: &Place, example: Example, linked: bool) -> Result<String> {
     configure.arg(format!("-DSTATIC={}", if linked { "ON" } else { "OFF" }));
     printed(configure.arg("-S").arg(example.source_folder()).arg("-B").arg(&build))?;
     printed(Command::new("cmake").arg("--build").arg(&build))?;
-    example_run(place, example, Command::new(build.join("face")), if linked { "cmake-static" } else { "cmake-shared" })
+    let way = if linked { "cmake-static" } else { "cmake-shared" };
+    example_run(place, example, way, |program| Ok(Command::new(build.join(program))))
 }
 
 fn by_make(place: &Place, example: Example, linked: bool) -> Result<String> {
@@ -230,22 +236,25 @@ fn by_make(place: &Place, example: Example, linked: bool) -> Result<String> {
         make.arg("STATIC=1");
     }
     printed(&mut make)?;
-    example_run(place, example, Command::new(build.join("face")), if linked { "make-static" } else { "make-shared" })
+    let way = if linked { "make-static" } else { "make-shared" };
+    example_run(place, example, way, |program| Ok(Command::new(build.join(program))))
 }
 
 fn example_sanitized(place: &Place, example: Example) -> Result<String> {
-    let program = example_compiled(place, example, "sanitized", &SANITIZERS)?;
-    example_run(place, example, Command::new(&program), "sanitized")
+    example_run(place, example, "sanitized", |program| {
+        Ok(Command::new(example_compiled(place, example, program, "sanitized", &SANITIZERS)?))
+    })
 }
 
 fn example_in_valgrind(place: &Place, example: Example) -> Result<String> {
-    let program = example_compiled(place, example, "valgrind", &["-g", "-O1"])?;
-    example_run(place, example, under_valgrind(&program), "valgrind")
+    example_run(place, example, "valgrind", |program| {
+        Ok(under_valgrind(&example_compiled(place, example, program, "valgrind", &["-g", "-O1"])?))
+    })
 }
 
-fn example_compiled(place: &Place, example: Example, name: &str, flags: &[&str]) -> Result<PathBuf> {
-    let program = place.scratch.join(format!("face-{}-{name}", example.folder()));
-    compiled(example.language(), &example.source(), &with_library(place, flags), &program)
+fn example_compiled(place: &Place, example: Example, program: &str, way: &str, flags: &[&str]) -> Result<PathBuf> {
+    let compiled_to = place.scratch.join(format!("{program}-{}-{way}", example.folder()));
+    compiled(example.language(), &example.source(program), &with_library(place, flags), &compiled_to)
 }
 
 /// Flags with the installed header and static library.
@@ -255,21 +264,33 @@ fn with_library(place: &Place, flags: &[&str]) -> Vec<String> {
     flags.iter().map(|flag| (*flag).to_owned()).chain([include, library]).collect()
 }
 
-/// Runs an example; its mesh goes to the folder where [`same_meshes`] looks.
-fn example_run(place: &Place, example: Example, mut command: Command, way: &str) -> Result<String> {
-    let obj = meshes(place, example).join(format!("{way}.obj"));
-    let text = printed(command.arg(&place.model).arg(&obj))?;
-    let obj = std::fs::read_to_string(&obj).map_err(|error| format!("{}: {error}", obj.display()))?;
-    example_output::found(example, &text, &obj).map_err(|fault| format!("{fault}\n{text}").into())
+/// Runs the two programs of an example; their meshes go to the folders where [`same_meshes`] looks. Those of the body are the same in both languages.
+fn example_run(
+    place: &Place,
+    example: Example,
+    way: &str,
+    command: impl Fn(&str) -> Result<Command>,
+) -> Result<String> {
+    let ran = |program: &str, model: &Path, obj: &Path| -> Result<(String, String)> {
+        let text = printed(command(program)?.arg(model).arg(obj))?;
+        let obj = std::fs::read_to_string(obj).map_err(|error| format!("{}: {error}", obj.display()))?;
+        Ok((text, obj))
+    };
+    let (text, obj) = ran("face", &place.model, &meshes(place, example.folder()).join(format!("{way}.obj")))?;
+    let face = example_output::found(example, &text, &obj).map_err(|fault| format!("{fault}\n{text}"))?;
+    let mesh = meshes(place, "body").join(format!("{}-{way}.obj", example.folder()));
+    let (text, obj) = ran("body", &place.body, &mesh)?;
+    let body = example_output::body(example, &text, &obj).map_err(|fault| format!("{fault}\n{text}"))?;
+    Ok(format!("{face}; {body}"))
 }
 
-fn meshes(place: &Place, example: Example) -> PathBuf {
-    place.scratch.join("meshes").join(example.folder())
+fn meshes(place: &Place, folder: &str) -> PathBuf {
+    place.scratch.join("meshes").join(folder)
 }
 
-/// Fails unless an example wrote the same bytes whichever way it was built; returns the number of meshes.
-fn same_meshes(place: &Place, example: Example) -> Result<usize> {
-    let folder = meshes(place, example);
+/// Fails unless a program wrote the same bytes whichever way it was built; returns the number of meshes.
+fn same_meshes(place: &Place, folder: &str) -> Result<usize> {
+    let folder = meshes(place, folder);
     let failed = |error: std::io::Error| format!("{}: {error}", folder.display());
     let mut all = Vec::new();
     for entry in std::fs::read_dir(&folder).map_err(failed)? {
@@ -290,7 +311,7 @@ fn host(place: &Place, name: &str, language: Language, flags: &[&str], valgrind:
     let program =
         compiled(language, &source, &with_library(place, flags), &place.scratch.join(format!("{name}{way}")))?;
     let mut command = if valgrind { under_valgrind(&program) } else { Command::new(&program) };
-    let text = printed(command.arg(&place.model))?;
+    let text = printed(command.arg(&place.model).arg(&place.body))?;
     Ok(text.lines().last().unwrap_or_default().to_owned())
 }
 

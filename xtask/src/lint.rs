@@ -10,6 +10,8 @@ pub fn run() -> Result<()> {
         succeed(&mut cargo_in(folder, "lint", &["fmt", "--check"]))?;
     }
     succeed(&mut cargo(&["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))?;
+    // The kernel with its features, which nothing else of the workspace turns on.
+    succeed(&mut cargo(&["clippy", "-p", "habitus-core", "--all-features", "--", "-D", "warnings"]))?;
     succeed(&mut cargo_in(
         no_panic::FOLDER,
         no_panic::TARGET,

@@ -11,7 +11,9 @@ use serde_json::json;
 
 use super::{Console, Outputs, shown};
 use crate::Error;
-use crate::generate::{deviations_of_weights, mesh, positions, weights_from_deviations, weights_of_expression};
+use crate::generate::{
+    deviations_of_weights, mesh, positions, weight_count, weights_from_deviations, weights_of_expression,
+};
 use crate::io::model::opened;
 use crate::io::{self, npy};
 use crate::parameters::Parameters;
@@ -61,7 +63,7 @@ pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let mut stream = ChaCha12Rng::seed_from_u64(args.seed);
-    let mut completed = |given: &[f64], dim: u32| -> Vec<f64> {
+    let mut completed = |given: &[f64], dim: usize| -> Vec<f64> {
         let drawn: Vec<f64> = (0..dim).map(|_| StandardNormal.sample(&mut stream)).collect();
         let rest = drawn.into_iter().skip(given.len()).map(|t| if args.random { t } else { 0.0 });
         given.iter().copied().chain(rest).collect()
@@ -74,8 +76,8 @@ pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
         (Some(path), Error::Input(problem)) => Error::Input(format!("{}: {problem}", path.display())),
         (_, error) => error,
     };
-    let identity_deviations = completed(&given.identity, model.header().identity_dim);
-    let pose_deviations = completed(&given.expression, model.header().pose_dim);
+    let identity_deviations = completed(&given.identity, weight_count(&model, Mode::Identity));
+    let pose_deviations = completed(&given.expression, weight_count(&model, Mode::Pose));
     let identity = weights_from_deviations(&model, Mode::Identity, &identity_deviations).map_err(of_file)?;
     let pose = match &args.expression_name {
         Some(name) => weights_of_expression(&model, name)?,

@@ -16,6 +16,7 @@ mod measure_distance;
 mod measure_model;
 mod outputs;
 mod pace;
+mod quantise;
 mod synth_faces;
 mod synth_scans;
 mod train_face;
@@ -69,6 +70,8 @@ enum Verb {
     Train(Train),
     /// Make a mesh or cloud sound and say what was wrong with it
     Clean(clean::CleanArgs),
+    /// Store a model's coefficients in fewer bytes and say how far that moves its shapes
+    Quantise(quantise::QuantiseArgs),
     /// Turn weights into vertices
     Generate(generate::GenerateArgs),
     /// Find the weights of a model from a raw scan and its landmarks
@@ -147,6 +150,7 @@ fn done(verb: &Verb, console: &Console) -> Result<(), crate::Error> {
         Verb::Synth(Synth::Scans(args)) => synth_scans::run(args, console),
         Verb::Train(Train::Face(args)) => train_face::run(args, console),
         Verb::Clean(args) => clean::run(args, console),
+        Verb::Quantise(args) => quantise::run(args, console),
         Verb::Generate(args) => generate::run(args, console),
         Verb::Fit(args) => fit::run(args, console),
         Verb::Measure(Measure::Distance(args)) => measure_distance::run(args, console),

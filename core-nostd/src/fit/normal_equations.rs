@@ -4,7 +4,7 @@ use super::rows::{Rows, rows_req};
 use super::samples::{Sample, Samples};
 use crate::Error;
 use crate::generator::block::lane_of_numbers;
-use crate::generator::{Block, Generator, LANES, NUMBERS, Weights};
+use crate::generator::{At, Block, Generator, LANES, NUMBERS, Weights};
 use crate::rotation::similarity::Similarity;
 use crate::workspace::{Requirement, Workspace, check_len, saturated};
 
@@ -31,7 +31,7 @@ impl Frame {
     }
 }
 
-/// Scratch of [`normal_equations`] for a generator with `dim` weights.
+/// Scratch of [`normal_equations`] for a generator with `dim` weights, to which [`Generator::state_req`] with derivatives is added (nothing for sums of terms).
 pub const fn normal_equations_req(dim: usize, frame: Frame) -> Requirement {
     let columns = dim.saturating_mul(NUMBERS + 6);
     rows_req(dim.saturating_add(frame.dim()).saturating_add(1)).and(Requirement::of(columns))
@@ -47,7 +47,7 @@ pub const fn normal_equations_req(dim: usize, frame: Frame) -> Requirement {
 /// | `samples` | any | samples of one block of vertices side by side are cheapest: a block is linearised once for a run of them |
 /// | `jtj` | `m * m`, row-major, both triangles | `m = identity_dim + pose_dim + frame.dim()` |
 /// | `jtr` | `m` | |
-/// | `workspace` | [`normal_equations_req`] | |
+/// | `workspace` | [`normal_equations_req`] and the generator's state | |
 ///
 /// Rows: with `p` the point, from zero plus each corner's weight times its position, derivatives likewise; `q = R^T (target - t) / s`; the factor
 /// `f = s sqrt(weight)`; and a direction `d`, which is `f` along x, y, z in turn, or `f R^T normal`: a row is `d . derivative` for each weight, then
@@ -71,17 +71,19 @@ pub fn normal_equations<G: Generator + ?Sized, S: Samples + ?Sized>(
     let dim = generator.dim();
     let all = dim + frame.dim();
     weights.check(generator.identity_dim(), generator.pose_dim())?;
+    let state_req = generator.state_req(true);
     check_len(all, jtr.len())?;
     check_len(all.saturating_mul(all), jtj.len())?;
-    normal_equations_req(dim, frame).check(workspace.len())?;
+    normal_equations_req(dim, frame).and(state_req).check(workspace.len())?;
     if !placement.is_finite() {
         return Err(Error::NotFinite { index: 0 });
     }
     let mut pieces = Workspace::new(workspace);
+    let at = generator.begin(weights, true, pieces.take(state_req.numbers())?)?;
     let mut rows = Rows::new(all + 1, &mut pieces)?;
     let mut surface = Surface {
         generator,
-        weights,
+        at,
         block: None,
         values: Block::ZERO,
         columns: pieces.take(dim * NUMBERS)?.as_chunks_mut().0,
@@ -130,7 +132,7 @@ pub(super) fn check_sample(sample: &Sample, index: usize, n_vertices: usize) -> 
 /// The generator at fixed weights, with the last block kept.
 struct Surface<'a, 'w, G: ?Sized> {
     generator: &'a G,
-    weights: Weights<'a>,
+    at: At<'a>,
     block: Option<usize>,
     values: Block,
     columns: &'w mut [[f32; NUMBERS]],
@@ -153,7 +155,7 @@ impl<G: Generator + ?Sized> Surface<'_, '_, G> {
             let value = if self.block == Some(block) || run {
                 self.lane_of_block(block, vertex as usize % LANES, part)?
             } else {
-                let value = self.generator.linearised_vertex_unchecked(self.weights, vertex as usize, self.vertex)?;
+                let value = self.generator.linearised_vertex_unchecked(self.at, vertex as usize, self.vertex)?;
                 for (sum, column) in self.sum.iter_mut().zip(self.vertex.iter()) {
                     add_scaled(sum, part, *column);
                 }
@@ -168,7 +170,7 @@ impl<G: Generator + ?Sized> Surface<'_, '_, G> {
     #[inline(always)]
     fn lane_of_block(&mut self, block: usize, lane: usize, part: f32) -> Option<[f32; 3]> {
         if self.block != Some(block) {
-            self.values = self.generator.linearised_block_unchecked(self.weights, block, self.columns)?;
+            self.values = self.generator.linearised_block_unchecked(self.at, block, self.columns)?;
             self.block = Some(block);
         }
         for (sum, column) in self.sum.iter_mut().zip(self.columns.iter()) {

@@ -3,7 +3,7 @@
 use super::normal_equations::{Frame, check_sample, normal_equations, normal_equations_req};
 use super::samples::{Sample, Samples};
 use crate::Error;
-use crate::generator::{Generator, Weights};
+use crate::generator::{At, Generator, Weights};
 use crate::prior::Prior;
 use crate::rotation::similarity::Similarity;
 use crate::solve::levenberg_marquardt::{LeastSquares, Limits, Status, minimised_in_place, minimised_req};
@@ -42,7 +42,7 @@ pub struct FitReport {
     pub status: Status,
 }
 
-/// Scratch of [`fit_points`].
+/// Scratch of [`fit_points`], to which [`Generator::state_req`] with derivatives is added (nothing for sums of terms).
 pub const fn fit_points_req(identity_dim: usize, pose_dim: usize, frame: Frame) -> Requirement {
     let weights = identity_dim.saturating_add(pose_dim);
     let all = weights.saturating_add(frame.dim());
@@ -59,7 +59,7 @@ pub const fn fit_points_req(identity_dim: usize, pose_dim: usize, frame: Frame) 
 /// | `samples` | at least one with a weight | with `place`: at least three points that are not on a line |
 /// | `identity`, `pose` | `identity_dim`, `pose_dim` | start and result; untouched on error |
 /// | `placement` | model to scan | start (unless `place`) and result; untouched on error |
-/// | `workspace` | [`fit_points_req`] | |
+/// | `workspace` | [`fit_points_req`] and the generator's state | |
 ///
 /// Order of operations: the sums of the normal equations are multiplied by `1 / (noise * noise)`, rounded once; then the priors are added, identity
 /// first. The energy is `(distances * precision + identity prior) + pose prior`, the root mean square `sqrt(distances / sum of weights)`. Placing
@@ -85,8 +85,9 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
     if !(options.noise > 0.0 && options.noise.is_finite()) {
         return Err(Error::BadOption { option: 2 });
     }
-    fit_points_req(identity_dim, pose_dim, options.frame).check(workspace.len())?;
-    let (total_weight, moments) = gathered(generator, start, samples)?;
+    let state_req = generator.state_req(true);
+    fit_points_req(identity_dim, pose_dim, options.frame).and(state_req).check(workspace.len())?;
+    let (total_weight, moments) = gathered(generator, generator.begin(start, true, workspace)?, samples)?;
     if !(total_weight > 0.0) {
         return Err(Error::Empty);
     }
@@ -98,13 +99,15 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
         return Err(Error::NotFinite { index: 0 });
     };
 
+    #[cfg(feature = "log")]
+    log::debug!("fit: {} samples, {identity_dim} + {pose_dim} weights", samples.len());
     let weights_dim = identity_dim + pose_dim;
     let all = weights_dim + options.frame.dim();
     let mut pieces = Workspace::new(workspace);
     let x = pieces.take(all)?;
     let lower = pieces.take(all)?;
     let upper = pieces.take(all)?;
-    let scratch = pieces.take(normal_equations_req(weights_dim, options.frame).numbers())?;
+    let scratch = pieces.take(normal_equations_req(weights_dim, options.frame).and(state_req).numbers())?;
     x.fill(0.0);
     for (to, &from) in x.iter_mut().zip(identity.iter().chain(pose.iter())) {
         *to = from;
@@ -125,6 +128,8 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
     for (to, &from) in identity.iter_mut().chain(pose.iter_mut()).zip(x.iter()) {
         *to = from;
     }
+    #[cfg(feature = "log")]
+    log::debug!("fit: {:?} after {} iterations, energy {}", outcome.status, outcome.iterations, outcome.energy);
     Ok(FitReport {
         rms: libm::sqrtf(problem.distances / total_weight),
         energy: outcome.energy,
@@ -138,7 +143,7 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
 #[inline(always)]
 fn gathered<G: Generator + ?Sized, S: Samples + ?Sized>(
     generator: &G,
-    weights: Weights<'_>,
+    at: At<'_>,
     samples: &S,
 ) -> Result<(f32, Moments<f32>), Error> {
     let mut total = 0.0;
@@ -148,7 +153,7 @@ fn gathered<G: Generator + ?Sized, S: Samples + ?Sized>(
         check_sample(&sample, index, generator.vertex_count())?;
         if sample.weight > 0.0 {
             total += sample.weight;
-            moments.add(position(generator, weights, &sample), sample.target, sample.weight);
+            moments.add(position(generator, at, &sample), sample.target, sample.weight);
         }
     }
     Ok((total, moments))
@@ -156,11 +161,11 @@ fn gathered<G: Generator + ?Sized, S: Samples + ?Sized>(
 
 /// Where a sample's point lies on the generator.
 #[inline(always)]
-fn position<G: Generator + ?Sized>(generator: &G, weights: Weights<'_>, sample: &Sample) -> [f32; 3] {
+fn position<G: Generator + ?Sized>(generator: &G, at: At<'_>, sample: &Sample) -> [f32; 3] {
     let mut sum = [0.0; 3];
     for (&vertex, &part) in sample.point.vertices.iter().zip(&sample.point.barycentric) {
         if part != 0.0 {
-            let value = generator.vertex_unchecked(weights, vertex as usize).unwrap_or_default();
+            let value = generator.vertex_unchecked(at, vertex as usize).unwrap_or_default();
             for (sum, value) in sum.iter_mut().zip(value) {
                 *sum += part * value;
             }

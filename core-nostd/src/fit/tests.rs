@@ -22,7 +22,7 @@ fn samples_of(generator: &impl Generator, weights: Weights<'_>, place: &Similari
     let mut stream = Stream::new(77);
     (0..generator.vertex_count())
         .map(|vertex| {
-            let point = generator.vertex_unchecked(weights, vertex).unwrap();
+            let point = generator.vertex_unchecked(generator.begin(weights, false, &mut []).unwrap(), vertex).unwrap();
             let target = place.applied(point).map(|value| value + noise * stream.next());
             Sample { point: SurfacePoint::vertex(vertex as u32), target, normal: None, weight: 1.0 }
         })
@@ -52,7 +52,8 @@ fn energy(
     let square = |sample: &Sample| {
         let mut point = [0.0f32; 3];
         for (&vertex, &part) in sample.point.vertices.iter().zip(&sample.point.barycentric) {
-            let corner = generator.vertex_unchecked(weights, vertex as usize).unwrap();
+            let corner =
+                generator.vertex_unchecked(generator.begin(weights, false, &mut []).unwrap(), vertex as usize).unwrap();
             (0..3).for_each(|k| point[k] += part * corner[k]);
         }
         let found = place.applied(point);

@@ -34,7 +34,31 @@ pub(super) mod field {
 pub enum Kind {
     /// Equation 8.2, with 12.1 as the case without linear terms.
     Bilinear = 1,
+    /// A mean and components (equation 9.1): identity weights alone.
+    Linear = 2,
+    /// S-SCAPE (equations 9.1 to 9.3): components of a rest shape, a skeleton, and skinning.
+    Skinned = 3,
+    /// A local multilinear model for each coefficient of a wavelet transform on a grid (chapter 15).
+    Wavelet = 4,
 }
+
+impl Kind {
+    const ALL: [Self; 4] = [Self::Bilinear, Self::Linear, Self::Skinned, Self::Wavelet];
+
+    /// Flags that a file of this kind must have, and those that it may have.
+    const fn flags(self) -> (u32, u32) {
+        match self {
+            Self::Bilinear => (0, IDENTITY_LINEAR | POSE_LINEAR),
+            Self::Linear => (IDENTITY_LINEAR, 0),
+            Self::Skinned => (IDENTITY_LINEAR, POSE_LINEAR | DUAL_QUATERNION),
+            Self::Wavelet => (0, 0),
+        }
+    }
+}
+
+const IDENTITY_LINEAR: u32 = 1;
+const POSE_LINEAR: u32 = 2;
+const DUAL_QUATERNION: u32 = 4;
 
 /// Counts of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,26 +67,31 @@ pub struct Header {
     pub kind: Kind,
     /// Vertices.
     pub n_vertices: u32,
-    /// Identity weights.
+    /// Identity weights; of each coefficient in a wavelet model.
     pub identity_dim: u32,
-    /// Pose weights: expression for faces, posture for bodies.
+    /// Pose weights: expression for faces, posture for bodies; of each coefficient in a wavelet model.
     pub pose_dim: u32,
-    /// The generator has terms linear in the identity weights alone.
+    /// The generator has terms linear in the identity weights alone; always so for linear and skinned models.
     pub identity_linear: bool,
-    /// The generator has terms linear in the pose weights alone.
+    /// The generator has terms linear in the pose weights alone; in a skinned model, terms that correct the rest shape.
     pub pose_linear: bool,
+    /// A skinned model blends dual quaternions, not matrices.
+    pub dual_quaternion: bool,
 }
 
 impl Header {
-    /// Terms of equation 8.2 that a block of coefficients holds; the largest number for counts beyond it.
+    /// Terms of a block of coefficients, without the corrective ones of a skinned model; the largest number for counts beyond it.
     pub const fn n_terms(&self) -> usize {
         let (identity, pose) = (self.identity_dim as usize, self.pose_dim as usize);
+        if let Kind::Linear | Kind::Skinned = self.kind {
+            return identity.saturating_add(1);
+        }
         let linear = if self.pose_linear { pose } else { 0 };
         let of_identity = identity.saturating_mul(pose.saturating_add(self.identity_linear as usize));
         of_identity.saturating_add(linear).saturating_add(1)
     }
 
-    /// Blocks of 16 vertices.
+    /// Blocks of 16 vertices (of 16 coefficients in a wavelet model, which has as many).
     pub const fn n_blocks(&self) -> usize {
         (self.n_vertices as usize).div_ceil(crate::generator::LANES)
     }
@@ -74,12 +103,15 @@ impl Header {
             (self.identity_dim, limits::MAX_WEIGHTS, field::IDENTITY),
             (self.pose_dim, limits::MAX_WEIGHTS, field::POSE),
         ] {
-            if count == 0 {
+            if count == 0 && (offset != field::POSE || self.kind != Kind::Linear) {
                 return Err(Error::BadHeader { offset: saturated(offset) });
             }
             if count > limit {
                 return Err(Error::LimitExceeded { found: count, limit });
             }
+        }
+        if self.kind == Kind::Linear && self.pose_dim != 0 {
+            return Err(Error::BadHeader { offset: saturated(field::POSE) });
         }
         Ok(())
     }
@@ -106,7 +138,9 @@ impl Header {
             let needed = u32::try_from(length).unwrap_or(u32::MAX);
             return Err(Error::Truncated { needed, found: saturated(bytes.len()) });
         }
-        expect(raw, field::KIND, Kind::Bilinear as u32)?;
+        let kind = u32_at(raw, field::KIND);
+        let kind = Kind::ALL.into_iter().find(|known| *known as u32 == kind);
+        let kind = kind.ok_or(Error::BadHeader { offset: field::KIND as u32 })?;
         expect(raw, field::UNIT, MILLIMETRE)?;
         expect(raw, field::AXES, Y_UP)?;
         expect(raw, field::RESERVED, 0)?;
@@ -118,16 +152,18 @@ impl Header {
             return Err(Error::LimitExceeded { found: sections, limit: limits::MAX_SECTIONS });
         }
         let flags = u32_at(raw, field::FLAGS);
-        if flags > 3 {
+        let (needed, allowed) = kind.flags();
+        if flags & needed != needed || flags & !(needed | allowed) != 0 {
             return Err(Error::BadHeader { offset: field::FLAGS as u32 });
         }
         let header = Header {
-            kind: Kind::Bilinear,
+            kind,
             n_vertices: u32_at(raw, field::VERTICES),
             identity_dim: u32_at(raw, field::IDENTITY),
             pose_dim: u32_at(raw, field::POSE),
-            identity_linear: flags & 1 != 0,
-            pose_linear: flags & 2 != 0,
+            identity_linear: flags & IDENTITY_LINEAR != 0,
+            pose_linear: flags & POSE_LINEAR != 0,
+            dual_quaternion: flags & DUAL_QUATERNION != 0,
         };
         header.check()?;
         Ok((header, sections as usize))
@@ -136,7 +172,8 @@ impl Header {
     /// The header's bytes, with a checksum of zero.
     pub(super) fn bytes(&self, sections: u32, file_length: u64) -> [u8; HEADER_BYTES] {
         let mut raw = [0; HEADER_BYTES];
-        let flags = u32::from(self.identity_linear) | u32::from(self.pose_linear) << 1;
+        let [identity, pose, dual] = [self.identity_linear, self.pose_linear, self.dual_quaternion].map(u32::from);
+        let flags = (identity * IDENTITY_LINEAR) | (pose * POSE_LINEAR) | (dual * DUAL_QUATERNION);
         put(&mut raw, 0, &MAGIC);
         put(&mut raw, field::FILE_LENGTH, &file_length.to_le_bytes());
         for (offset, value) in [

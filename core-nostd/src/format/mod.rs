@@ -4,6 +4,8 @@
 
 pub mod limits;
 
+mod content;
+mod content_skin;
 mod crc;
 mod header;
 mod model;
@@ -12,10 +14,12 @@ mod view;
 mod write;
 
 pub use header::{Header, Kind};
-pub use model::{Checksums, Gaussian, Mode, Model};
+pub use model::{Checksums, Gaussian, Mode, Model, Spread};
 pub use section::{ElementType, Section, SectionId, Sections};
 pub use view::{Faces, Floats, Indices, Lines};
 pub use write::{SectionSource, write, written_len};
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) use tests::forged;

@@ -1,12 +1,20 @@
 //! An opened model file: checked once, then only views.
 
+use super::content;
 use super::crc::crc32;
-use super::header::{Header, field, u32_at};
-use super::limits;
-use super::section::{Section, SectionId, Sections};
+use super::header::{Header, Kind, field, u32_at};
+use super::section::{ElementType, Section, SectionId, Sections};
 use super::view::{Faces, Floats, Indices, Lines};
 use crate::Error;
+use crate::generator::any::AnyGenerator;
 use crate::generator::bilinear::Bilinear;
+use crate::generator::linear::Linear;
+use crate::generator::skinned::{Blend, CORRECTIONS, Skinned};
+use crate::generator::wavelet::{self as local, Multiscale};
+use crate::quantise::{F32, Storage};
+use crate::skeleton::Skeleton;
+use crate::skinning::Influences;
+use crate::wavelet::{Grid, Wavelet};
 use crate::workspace::{check_len, saturated};
 
 /// Whether [`Model::open_with`] looks at the checksums of the sections. The header's is always checked, and so is all meaning.
@@ -36,6 +44,15 @@ pub struct Gaussian<'a> {
     pub scale: Floats<'a>,
     /// Inverse covariance, `d x d`, symmetric.
     pub precision: Floats<'a>,
+}
+
+/// Mean and standard deviation of each weight of a mode, whatever their covariance.
+#[derive(Debug, Clone, Copy)]
+pub struct Spread<'a> {
+    /// Mean.
+    pub mean: Floats<'a>,
+    /// Standard deviation by which each weight is measured, above zero.
+    pub scale: Floats<'a>,
 }
 
 impl Gaussian<'_> {
@@ -93,7 +110,7 @@ impl<'a> Model<'a> {
             }
         }
         let model = Model { header, sections };
-        model.check_content()?;
+        content::check(&model)?;
         Ok(model)
     }
 
@@ -107,10 +124,132 @@ impl<'a> Model<'a> {
         self.sections
     }
 
-    /// The generator of a bilinear model (equations 8.2 and 12.1).
+    /// How the coefficients are stored.
+    pub fn element(&self) -> ElementType {
+        self.known(SectionId::Coefficients).map_or(ElementType::F32, |section| section.element)
+    }
+
+    /// The generator of a bilinear model (equations 8.2 and 12.1) with coefficients in `f32`; [`Model::bilinear_in`] for the other storages.
+    ///
+    /// Errors: `WrongKind` (kind, or storage) for another model.
     pub fn bilinear(&self) -> Result<Bilinear<'a>, Error> {
+        self.bilinear_in::<F32<'a>>()
+    }
+
+    /// The generator of a bilinear model in the storage of its file.
+    ///
+    /// Errors: as [`Model::bilinear`].
+    pub fn bilinear_in<S: Storage<'a>>(&self) -> Result<Bilinear<'a, S>, Error> {
+        self.expect_kind(Kind::Bilinear)?;
+        Ok(Bilinear::new(self.header, self.storage()?))
+    }
+
+    /// The generator of a linear model (equation 9.1) in the storage of its file: [`F32`], [`F16`] or [`I8`].
+    ///
+    /// Errors: `WrongKind` (kind, or storage) for another model.
+    pub fn linear<S: Storage<'a>>(&self) -> Result<Linear<'a, S>, Error> {
+        self.expect_kind(Kind::Linear)?;
+        Ok(Linear::new(self.header.n_vertices, self.header.identity_dim, 0, self.storage()?))
+    }
+
+    /// The generator of a skinned model (equations 9.1 to 9.3) in the storage of its file.
+    ///
+    /// Errors: `WrongKind` (kind, or storage) for another model.
+    pub fn skinned<S: Storage<'a>>(&self) -> Result<Skinned<'a, Linear<'a, S>>, Error> {
+        self.expect_kind(Kind::Skinned)?;
+        let skeleton = self.skeleton()?;
+        let corrections = if self.header.pose_linear { skeleton.n_joints() * CORRECTIONS } else { 0 };
+        let identity = self.header.identity_dim;
+        let rest = Linear::new(self.header.n_vertices, identity, saturated(corrections), self.storage()?);
+        let starts = self.indices(SectionId::SkinStarts).unwrap_or_default();
+        let joints = self.indices(SectionId::SkinJoints).unwrap_or_default();
+        let weights = self.known(SectionId::SkinWeights).map_or(&[][..], |section| section.bytes);
+        let blend = if self.header.dual_quaternion { Blend::DualQuaternion } else { Blend::Linear };
+        Ok(Skinned::new(rest, skeleton, Influences::new(starts, joints, weights), blend))
+    }
+
+    /// The generator of a multilinear wavelet model (chapter 15) in the storage of its file.
+    ///
+    /// Errors: `WrongKind` (kind, or storage) for another model.
+    pub fn wavelet<S: Storage<'a>>(&self) -> Result<Multiscale<local::Stored<'a, S>>, Error> {
+        self.expect_kind(Kind::Wavelet)?;
+        let grid = self.indices(SectionId::Grid).unwrap_or_default();
+        let word = |index: usize| grid.get(index).unwrap_or(0) as usize;
+        let wavelet = if word(3) == 0 { Wavelet::Cubic } else { Wavelet::Bilinear };
+        let locals = local::Stored::new(self.header.identity_dim, self.header.pose_dim, self.storage()?);
+        Ok(Multiscale::new(locals, Grid::new(word(0), word(1), word(2))?, wavelet))
+    }
+
+    /// The generator of a model of any kind and storage.
+    ///
+    /// Errors: none for a model that was opened.
+    pub fn generator(&self) -> Result<AnyGenerator<'a>, Error> {
+        use ElementType as Stored;
+        Ok(match (self.header.kind, self.element()) {
+            (Kind::Bilinear, Stored::F16) => AnyGenerator::BilinearF16(self.bilinear_in()?),
+            (Kind::Bilinear, Stored::I8) => AnyGenerator::BilinearI8(self.bilinear_in()?),
+            (Kind::Bilinear, _) => AnyGenerator::BilinearF32(self.bilinear_in()?),
+            (Kind::Linear, Stored::F16) => AnyGenerator::LinearF16(self.linear()?),
+            (Kind::Linear, Stored::I8) => AnyGenerator::LinearI8(self.linear()?),
+            (Kind::Linear, _) => AnyGenerator::LinearF32(self.linear()?),
+            (Kind::Skinned, Stored::F16) => AnyGenerator::SkinnedF16(self.skinned()?),
+            (Kind::Skinned, Stored::I8) => AnyGenerator::SkinnedI8(self.skinned()?),
+            (Kind::Skinned, _) => AnyGenerator::SkinnedF32(self.skinned()?),
+            (Kind::Wavelet, Stored::F16) => AnyGenerator::WaveletF16(self.wavelet()?),
+            (Kind::Wavelet, Stored::I8) => AnyGenerator::WaveletI8(self.wavelet()?),
+            (Kind::Wavelet, _) => AnyGenerator::WaveletF32(self.wavelet()?),
+        })
+    }
+
+    /// The skeleton of a skinned model.
+    ///
+    /// Errors: `Unsupported` when the model has none.
+    pub fn skeleton(&self) -> Result<Skeleton<'a>, Error> {
+        let absent = |id: SectionId| Error::Unsupported { section: id as u32 };
+        let parents = self.indices(SectionId::JointParents).ok_or(absent(SectionId::JointParents))?;
+        let axes = self.floats(SectionId::JointAxes).ok_or(absent(SectionId::JointAxes))?;
+        let positions = self.floats(SectionId::JointPositions).ok_or(absent(SectionId::JointPositions))?;
+        let basis = self.floats(SectionId::JointBasis).unwrap_or_default();
+        Ok(Skeleton::new(
+            parents,
+            axes,
+            positions,
+            basis,
+            self.header.identity_dim as usize,
+            self.header.pose_dim as usize,
+        ))
+    }
+
+    /// Lower and upper bounds of the pose weights of a skinned model (box prior), radians.
+    pub fn pose_bounds(&self) -> Option<(Floats<'a>, Floats<'a>)> {
+        Some((self.floats(SectionId::PoseLower)?, self.floats(SectionId::PoseUpper)?))
+    }
+
+    /// Name of each joint.
+    pub fn joint_names(&self) -> Option<Lines<'a>> {
+        self.lines(SectionId::JointNames)
+    }
+
+    /// How far a quantised model lies from the one it was made from, over random weights (see the specification), millimetres: mean, root of the mean
+    /// square, and largest distance of a vertex.
+    pub fn quantisation_error(&self) -> Option<[f32; 3]> {
+        let errors = self.floats(SectionId::QuantisationError)?;
+        Some([errors.get(0)?, errors.get(1)?, errors.get(2)?])
+    }
+
+    fn expect_kind(&self, kind: Kind) -> Result<(), Error> {
+        let found = self.header.kind;
+        if found == kind { Ok(()) } else { Err(Error::WrongKind { expected: kind as u32, found: found as u32 }) }
+    }
+
+    /// The coefficients in the storage that was asked for.
+    fn storage<S: Storage<'a>>(&self) -> Result<S, Error> {
         let section = self.required(SectionId::Coefficients)?;
-        Bilinear::new(self.header, section.bytes)
+        if section.element != S::ELEMENT {
+            return Err(Error::WrongKind { expected: S::ELEMENT as u32, found: section.element as u32 });
+        }
+        let bytes = |id: SectionId| self.known(id).map_or(&[][..], |section| section.bytes);
+        Ok(S::new(section.bytes, bytes(SectionId::Offsets), bytes(SectionId::Ranges)))
     }
 
     /// Triangles.
@@ -140,6 +279,15 @@ impl<'a> Model<'a> {
             Mode::Pose => [SectionId::PoseMean, SectionId::PoseScale, SectionId::PosePrecision],
         };
         Some(Gaussian { mean: self.floats(mean)?, scale: self.floats(scale)?, precision: self.floats(precision)? })
+    }
+
+    /// Mean and scale of each weight of a mode, of every coefficient in a wavelet model; also where there is no covariance ([`Model::gaussian`]).
+    pub fn spread(&self, mode: Mode) -> Option<Spread<'a>> {
+        let [mean, scale] = match mode {
+            Mode::Identity => [SectionId::IdentityMean, SectionId::IdentityScale],
+            Mode::Pose => [SectionId::PoseMean, SectionId::PoseScale],
+        };
+        Some(Spread { mean: self.floats(mean)?, scale: self.floats(scale)? })
     }
 
     /// Pose weights of each training expression, `pose_dim` numbers a row.
@@ -176,11 +324,11 @@ impl<'a> Model<'a> {
         self.lines(SectionId::Provenance)
     }
 
-    fn known(&self, id: SectionId) -> Option<Section<'a>> {
+    pub(super) fn known(&self, id: SectionId) -> Option<Section<'a>> {
         self.sections.find(id as u32)
     }
 
-    fn required(&self, id: SectionId) -> Result<Section<'a>, Error> {
+    pub(super) fn required(&self, id: SectionId) -> Result<Section<'a>, Error> {
         self.known(id).ok_or(Error::MissingSection { section: id as u32 })
     }
 
@@ -196,128 +344,4 @@ impl<'a> Model<'a> {
         // The bytes were found to be UTF-8 when the file was opened.
         self.known(id).and_then(|section| core::str::from_utf8(section.bytes).ok()).map(Lines::new)
     }
-
-    /// Step 6 of the specification: shapes, indices, numbers, texts.
-    fn check_content(&self) -> Result<(), Error> {
-        self.required(SectionId::Coefficients)?;
-        for section in self.sections.iter() {
-            if let Some(id) = SectionId::from_u32(section.id) {
-                self.check_section(id, &section)?;
-            }
-        }
-        for group in [
-            [SectionId::IdentityMean, SectionId::IdentityScale, SectionId::IdentityPrecision],
-            [SectionId::PoseMean, SectionId::PoseScale, SectionId::PosePrecision],
-        ] {
-            if group.iter().any(|&id| self.known(id).is_some()) {
-                for id in group {
-                    self.required(id)?;
-                }
-            }
-        }
-        if self.known(SectionId::LandmarkNames).is_some() {
-            self.required(SectionId::Landmarks)?;
-        }
-        if self.known(SectionId::PoseNames).is_some() {
-            self.required(SectionId::PoseStarts)?;
-        }
-        Ok(())
-    }
-
-    fn check_section(&self, id: SectionId, section: &Section<'a>) -> Result<(), Error> {
-        let wrong = Error::BadSection { section: section.id };
-        let (element, rank) = id.form();
-        if section.element != element || section.rank != rank {
-            return Err(wrong);
-        }
-        let [first, second, third, fourth] = section.shape;
-        let header = &self.header;
-        let (identity, pose) = (header.identity_dim, header.pose_dim);
-        let shape_fits = match id {
-            SectionId::Coefficients => {
-                (first as usize, second as usize, third, fourth) == (header.n_blocks(), header.n_terms(), 3, 16)
-            }
-            SectionId::Remainder => second == header.n_vertices && third == 3 && first <= limits::MAX_ROWS,
-            SectionId::Faces => second == 3 && first <= limits::MAX_FACES,
-            SectionId::Landmarks => first <= limits::MAX_LANDMARKS,
-            SectionId::Mirror => first == header.n_vertices,
-            SectionId::IdentityMean | SectionId::IdentityScale => first == identity,
-            SectionId::PoseMean | SectionId::PoseScale => first == pose,
-            SectionId::IdentityPrecision => first == identity && second == identity,
-            SectionId::PosePrecision => first == pose && second == pose,
-            SectionId::PoseStarts => second == pose && first <= limits::MAX_ROWS,
-            SectionId::IdentitySpectrum | SectionId::PoseSpectrum => first <= limits::MAX_ROWS,
-            SectionId::LandmarkNames | SectionId::PoseNames | SectionId::Provenance => first <= limits::MAX_TEXT,
-        };
-        if !shape_fits {
-            return Err(wrong);
-        }
-        let bad = |index: usize| Error::BadContent { section: section.id, index: saturated(index) };
-        let (floats, indices) = (Floats::new(section.bytes), Indices::new(section.bytes));
-        let found = match id {
-            SectionId::Coefficients => first_beyond(section.bytes),
-            SectionId::Faces | SectionId::Landmarks => indices.iter().position(|vertex| vertex >= header.n_vertices),
-            SectionId::Mirror => indices.iter().enumerate().position(|(vertex, other)| {
-                indices.get(other as usize).and_then(|back| usize::try_from(back).ok()) != Some(vertex)
-            }),
-            SectionId::IdentityScale | SectionId::PoseScale => {
-                floats.iter().position(|scale| !(scale > 0.0 && scale.is_finite()))
-            }
-            SectionId::IdentityPrecision | SectionId::PosePrecision => first_asymmetry(floats, first as usize),
-            SectionId::IdentitySpectrum | SectionId::PoseSpectrum => {
-                let mut last = f32::INFINITY;
-                floats.iter().position(|value| {
-                    let fits = value.is_finite() && value >= 0.0 && value <= last;
-                    last = value;
-                    !fits
-                })
-            }
-            SectionId::IdentityMean | SectionId::PoseMean | SectionId::PoseStarts | SectionId::Remainder => {
-                let lengths = matches!(id, SectionId::Remainder);
-                let limit = if lengths { limits::MAX_COEFFICIENT } else { limits::MAX_WEIGHT };
-                floats.iter().position(|value| !(value.abs() <= limit))
-            }
-            SectionId::LandmarkNames => self.first_wrong_text(section, self.landmarks().map(|all| all.len())),
-            SectionId::PoseNames => {
-                self.first_wrong_text(section, self.pose_starts().map(|all| all.len() / (pose as usize).max(1)))
-            }
-            SectionId::Provenance => self.first_wrong_text(section, None),
-        };
-        found.map_or(Ok(()), |index| Err(bad(index)))
-    }
-
-    /// First byte that is not UTF-8, or the length when the number of lines is not `expected`.
-    fn first_wrong_text(&self, section: &Section<'a>, expected: Option<usize>) -> Option<usize> {
-        match core::str::from_utf8(section.bytes) {
-            Err(error) => Some(error.valid_up_to()),
-            Ok(text) => {
-                let lines = text.bytes().filter(|&byte| byte == b'\n').count() + 1;
-                (expected.is_some_and(|expected| expected != lines)).then_some(section.bytes.len())
-            }
-        }
-    }
-}
-
-/// First coefficient that is not a number of at most [`limits::MAX_COEFFICIENT`], in chunks that the compiler vectorises.
-fn first_beyond(bytes: &[u8]) -> Option<usize> {
-    let beyond = |raw: &[u8; 4]| !(f32::from_le_bytes(*raw).abs() <= limits::MAX_COEFFICIENT);
-    let (blocks, _) = bytes.as_chunks::<64>();
-    for (block, raw) in blocks.iter().enumerate() {
-        let (elements, _) = raw.as_chunks::<4>();
-        if elements.iter().fold(false, |any, raw| any | beyond(raw)) {
-            let lane = elements.iter().position(beyond).unwrap_or(0);
-            return Some(block * 16 + lane);
-        }
-    }
-    None
-}
-
-/// First entry of a `d x d` matrix that is not finite, differs from its mirror image, or stands on the diagonal and is not positive.
-fn first_asymmetry(matrix: Floats<'_>, d: usize) -> Option<usize> {
-    matrix.iter().enumerate().position(|(index, value)| {
-        // An empty matrix has no entries to come here with.
-        let (Some(row), Some(column)) = (index.checked_div(d), index.checked_rem(d)) else { return true };
-        let mirrored = matrix.get(column.saturating_mul(d).saturating_add(row));
-        !value.is_finite() || mirrored != Some(value) || (row == column && value <= 0.0)
-    })
 }

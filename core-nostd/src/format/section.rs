@@ -34,11 +34,25 @@ pub enum SectionId {
     PoseSpectrum = 15,
     Provenance = 16,
     Remainder = 17,
+    Offsets = 18,
+    Ranges = 19,
+    QuantisationError = 20,
+    JointParents = 21,
+    JointAxes = 22,
+    JointPositions = 23,
+    JointBasis = 24,
+    JointNames = 25,
+    SkinStarts = 26,
+    SkinJoints = 27,
+    SkinWeights = 28,
+    PoseLower = 29,
+    PoseUpper = 30,
+    Grid = 31,
 }
 
 impl SectionId {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 31] = [
         Self::Coefficients,
         Self::Faces,
         Self::Landmarks,
@@ -56,24 +70,49 @@ impl SectionId {
         Self::PoseSpectrum,
         Self::Provenance,
         Self::Remainder,
+        Self::Offsets,
+        Self::Ranges,
+        Self::QuantisationError,
+        Self::JointParents,
+        Self::JointAxes,
+        Self::JointPositions,
+        Self::JointBasis,
+        Self::JointNames,
+        Self::SkinStarts,
+        Self::SkinJoints,
+        Self::SkinWeights,
+        Self::PoseLower,
+        Self::PoseUpper,
+        Self::Grid,
     ];
 
-    /// Element type and rank that the specification gives the section.
+    /// Element type and rank that the specification gives the section; the coefficients may also be [`ElementType::F16`] or [`ElementType::I8`].
     pub const fn form(self) -> (ElementType, usize) {
         match self {
-            Self::Coefficients => (ElementType::F32, 4),
-            Self::Remainder => (ElementType::F32, 3),
+            Self::Coefficients | Self::Ranges => (ElementType::F32, 4),
+            Self::Remainder | Self::Offsets | Self::JointBasis => (ElementType::F32, 3),
             Self::Faces => (ElementType::U32, 2),
-            Self::Landmarks | Self::Mirror => (ElementType::U32, 1),
+            Self::Landmarks | Self::Mirror | Self::JointParents | Self::SkinStarts | Self::SkinJoints | Self::Grid => {
+                (ElementType::U32, 1)
+            }
             Self::IdentityPrecision | Self::PosePrecision | Self::PoseStarts => (ElementType::F32, 2),
-            Self::LandmarkNames | Self::PoseNames | Self::Provenance => (ElementType::U8, 1),
+            Self::JointAxes | Self::JointPositions | Self::SkinWeights => (ElementType::F32, 2),
+            Self::LandmarkNames | Self::PoseNames | Self::Provenance | Self::JointNames => (ElementType::U8, 1),
             _ => (ElementType::F32, 1),
         }
     }
 
     /// A reader that does not know the section may ignore it.
     pub const fn may_ignore(self) -> bool {
-        matches!(self, Self::IdentitySpectrum | Self::PoseSpectrum | Self::Provenance | Self::Remainder)
+        matches!(
+            self,
+            Self::IdentitySpectrum
+                | Self::PoseSpectrum
+                | Self::Provenance
+                | Self::Remainder
+                | Self::QuantisationError
+                | Self::JointNames
+        )
     }
 
     /// The known section with this number.
@@ -90,13 +129,16 @@ pub enum ElementType {
     U8 = 1,
     U32 = 2,
     F32 = 3,
+    F16 = 4,
+    I8 = 5,
 }
 
 impl ElementType {
     /// Bytes of an element.
     pub const fn bytes(self) -> usize {
         match self {
-            Self::U8 => 1,
+            Self::U8 | Self::I8 => 1,
+            Self::F16 => 2,
             Self::U32 | Self::F32 => 4,
         }
     }
@@ -174,6 +216,8 @@ impl<'a> Sections<'a> {
             1 => ElementType::U8,
             2 => ElementType::U32,
             3 => ElementType::F32,
+            4 => ElementType::F16,
+            5 => ElementType::I8,
             _ => return Err(wrong),
         };
         let rank = u32_at(raw, 12) as usize;

@@ -12,7 +12,7 @@ fn small() -> Vec<u8> {
 }
 
 /// Changes bytes and repairs the checksums, so that what lies behind them is reached.
-fn forged(file: &[u8], change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
+pub(crate) fn forged(file: &[u8], change: impl FnOnce(&mut Vec<u8>)) -> Vec<u8> {
     let mut file = file.to_vec();
     change(&mut file);
     let count = u32::from_le_bytes(file[28..32].try_into().unwrap()) as usize;
@@ -146,7 +146,9 @@ fn every_code_of_the_format_is_reached() {
     assert_eq!(opened_error(b"PK\x03\x04 and so on"), Error::BadMagic);
     assert_eq!(opened_error(&forged(&file, put(0, 1))), Error::BadMagic);
     assert_eq!(opened_error(&forged(&file, put(8, 2))), Error::UnknownVersion { version: 2 });
-    for (at, value) in [(12, 65), (24, 2), (28, 0), (32, 0), (36, 0), (40, 0), (44, 4), (48, 2), (52, 0), (56, 1)] {
+    for (at, value) in
+        [(12, 65), (24, 5), (28, 0), (32, 0), (36, 0), (40, 0), (44, 8), (44, 4), (48, 2), (52, 0), (56, 1)]
+    {
         assert_eq!(opened_error(&forged(&file, put(at, value))), Error::BadHeader { offset: at as u32 }, "{at}");
     }
     for (at, limit) in [(28, limits::MAX_SECTIONS), (32, limits::MAX_VERTICES), (36, 1024), (40, 1024)] {
@@ -166,6 +168,7 @@ fn every_code_of_the_format_is_reached() {
     // Flags, element type, rank, shape, unused axis, offset, length, reserved, and the extremes of each length.
     for (at, value) in [
         (4, 2),
+        (8, 6),
         (8, 4),
         (8, 3),
         (12, 0),

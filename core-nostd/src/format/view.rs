@@ -1,13 +1,13 @@
 //! Typed views of a section's bytes: any alignment, any host byte order, no copy.
 
 /// A view of little-endian `f32`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Floats<'a> {
     bytes: &'a [[u8; 4]],
 }
 
 /// A view of little-endian `u32`.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Indices<'a> {
     bytes: &'a [[u8; 4]],
 }
@@ -16,7 +16,7 @@ macro_rules! view {
     ($name:ident, $element:ident) => {
         impl<'a> $name<'a> {
             /// Whole elements of `bytes`.
-            pub(super) fn new(bytes: &'a [u8]) -> Self {
+            pub(crate) fn new(bytes: &'a [u8]) -> Self {
                 $name { bytes: bytes.as_chunks().0 }
             }
 

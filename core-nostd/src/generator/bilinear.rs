@@ -1,36 +1,39 @@
 //! The bilinear generator, eq. 8.2: `c = o + sum_j y_j b_j + sum_i x_i (a_i + sum_j y_j m_ij)`; without linear terms it is the
 //! multilinear model of eq. 12.1, with `o` the mean and `m` the core tensor.
 
-use super::block::{Term, lane_of_term};
-use super::{Block, Generator, LANES, NUMBERS, Weights};
-use crate::Error;
+use core::marker::PhantomData;
+
+use super::block::{RawBlock, lane_of_raw};
+use super::{At, Block, Generator, LANES, NUMBERS};
 use crate::format::Header;
-use crate::workspace::check_len;
+use crate::quantise::{F32, Storage, Term, Terms, plus_scaled};
 
 /// A bilinear generator over the coefficients of a model file; copying it copies views.
 ///
 /// Order of summation, per lane: `t_i = a_i`, then `t_i += y_j m_ij` for j ascending; `value = o`, then `value += y_j b_j` for j ascending,
-/// then `value += x_i t_i` for i ascending. Every product is rounded before it is added; no fused operations.
+/// then `value += x_i t_i` for i ascending. Every product is rounded before it is added; no fused operations. The sums over j are those of the
+/// storage ([`Term`]); `o` and the sum over i are always `f32`.
 #[derive(Debug, Clone, Copy)]
-pub struct Bilinear<'a> {
+pub struct Bilinear<'a, S: Storage<'a> = F32<'a>> {
     header: Header,
-    terms: &'a [Term],
+    storage: S,
+    bytes: PhantomData<&'a [u8]>,
 }
+
+type TermOf<'a, S> = <<S as Storage<'a>>::Terms as Terms>::Term;
 
 /// The terms of one block, told apart.
-struct Parts<'a> {
-    offset: &'a Term,
-    pose_linear: &'a [Term],
+struct Parts<'a, S: Storage<'a>> {
+    offset: &'a RawBlock,
+    pose_linear: S::Terms,
     /// For each identity weight: its linear term (if any), then its bilinear terms.
-    identity: &'a [Term],
+    identity: S::Terms,
 }
 
-impl<'a> Bilinear<'a> {
-    /// A generator over the bytes of the coefficients' section.
-    pub(crate) fn new(header: Header, bytes: &'a [u8]) -> Result<Self, Error> {
-        let (terms, _) = bytes.as_chunks();
-        check_len(header.n_blocks().saturating_mul(header.n_terms()), terms.len())?;
-        Ok(Bilinear { header, terms })
+impl<'a, S: Storage<'a>> Bilinear<'a, S> {
+    /// A generator over coefficients whose number was checked.
+    pub(crate) fn new(header: Header, storage: S) -> Self {
+        Bilinear { header, storage, bytes: PhantomData }
     }
 
     /// Counts.
@@ -39,13 +42,10 @@ impl<'a> Bilinear<'a> {
     }
 
     #[inline(always)]
-    fn parts(&self, block: usize) -> Option<Parts<'a>> {
-        let count = self.header.n_terms();
-        let from = block.checked_mul(count)?;
-        let terms = self.terms.get(from..from.checked_add(count)?)?;
-        let (offset, terms) = terms.split_first()?;
+    fn parts(&self, block: usize) -> Option<Parts<'a, S>> {
+        let (offset, terms) = self.storage.block(block, self.header.n_terms())?;
         let pose_terms = if self.header.pose_linear { self.header.pose_dim as usize } else { 0 };
-        let (pose_linear, identity) = terms.split_at_checked(pose_terms)?;
+        let (pose_linear, identity) = terms.split_at(pose_terms)?;
         Some(Parts { offset, pose_linear, identity })
     }
 
@@ -57,7 +57,7 @@ impl<'a> Bilinear<'a> {
 
     /// The linear term of an identity weight and its bilinear terms.
     #[inline(always)]
-    fn identity_terms(&self, terms: &'a [Term]) -> (Option<&'a Term>, &'a [Term]) {
+    fn identity_terms(&self, terms: S::Terms) -> (Option<TermOf<'a, S>>, S::Terms) {
         if self.header.identity_linear {
             terms.split_first().map_or((None, terms), |(first, rest)| (Some(first), rest))
         } else {
@@ -69,7 +69,7 @@ impl<'a> Bilinear<'a> {
     #[inline(always)]
     pub(crate) fn with_pose(&self, pose: &[f32], block: usize, columns: &mut [[f32; NUMBERS]]) -> Option<Block> {
         let parts = self.parts(block)?;
-        for (terms, column) in parts.identity.chunks_exact(self.stride().max(1)).zip(columns) {
+        for (terms, column) in parts.identity.groups(self.stride()).zip(columns) {
             self.identity_column(terms, pose).store(column);
         }
         Some(parts.pose_offset(pose))
@@ -77,7 +77,7 @@ impl<'a> Bilinear<'a> {
 
     /// What is left of a block when the identity is fixed: the offset, and one column per pose weight in `columns`.
     ///
-    /// Order of summation: offset `o + x_i a_i`, columns `b_j + x_i m_ij`, i ascending.
+    /// Order of summation: offset `o + x_i a_i`, columns `b_j + x_i m_ij`, i ascending, of the decoded terms.
     #[inline(always)]
     pub(crate) fn with_identity(
         &self,
@@ -86,15 +86,15 @@ impl<'a> Bilinear<'a> {
         columns: &mut [[f32; NUMBERS]],
     ) -> Option<Block> {
         let parts = self.parts(block)?;
-        let mut offset = Block::of_term(parts.offset);
+        let mut offset = Block::of_raw(parts.offset);
         parts.start_columns(columns);
-        for (terms, &x) in parts.identity.chunks_exact(self.stride().max(1)).zip(identity) {
+        for (terms, &x) in parts.identity.groups(self.stride()).zip(identity) {
             let (linear, bilinear) = self.identity_terms(terms);
             if let Some(linear) = linear {
-                offset = offset.plus_scaled(x, &Block::of_term(linear));
+                offset = offset.plus_scaled(x, &linear.block());
             }
-            for (column, term) in columns.iter_mut().zip(bilinear) {
-                Block::load(column).plus_scaled(x, &Block::of_term(term)).store(column);
+            for (column, term) in columns.iter_mut().zip(bilinear.iter()) {
+                Block::load(column).plus_scaled(x, &term.block()).store(column);
             }
         }
         Some(offset)
@@ -102,23 +102,23 @@ impl<'a> Bilinear<'a> {
 
     /// `a_i + sum_j y_j m_ij`.
     #[inline(always)]
-    fn identity_column(&self, terms: &'a [Term], pose: &[f32]) -> Block {
+    fn identity_column(&self, terms: S::Terms, pose: &[f32]) -> Block {
         let (linear, bilinear) = self.identity_terms(terms);
-        let mut sum = linear.map_or(Block::ZERO, Block::of_term);
+        let mut sum = linear.map_or_else(TermOf::<'a, S>::zero, Term::start);
         for (term, &y) in bilinear.iter().zip(pose) {
-            sum = sum.plus_scaled(y, &Block::of_term(term));
+            sum = term.add_to(sum, y);
         }
-        sum
+        TermOf::<'a, S>::total(sum)
     }
 }
 
-impl Parts<'_> {
+impl<'a, S: Storage<'a>> Parts<'a, S> {
     /// `o + sum_j y_j b_j`.
     #[inline(always)]
     fn pose_offset(&self, pose: &[f32]) -> Block {
-        let mut sum = Block::of_term(self.offset);
+        let mut sum = Block::of_raw(self.offset);
         for (term, &y) in self.pose_linear.iter().zip(pose) {
-            sum = sum.plus_scaled(y, &Block::of_term(term));
+            sum = sum.plus_scaled(y, &term.block());
         }
         sum
     }
@@ -127,13 +127,13 @@ impl Parts<'_> {
     #[inline(always)]
     fn start_columns(&self, columns: &mut [[f32; NUMBERS]]) {
         columns.fill([0.0; NUMBERS]);
-        for (column, term) in columns.iter_mut().zip(self.pose_linear) {
-            Block::of_term(term).store(column);
+        for (column, term) in columns.iter_mut().zip(self.pose_linear.iter()) {
+            term.block().store(column);
         }
     }
 }
 
-impl Generator for Bilinear<'_> {
+impl<'a, S: Storage<'a>> Generator for Bilinear<'a, S> {
     fn vertex_count(&self) -> usize {
         self.header.n_vertices as usize
     }
@@ -147,86 +147,76 @@ impl Generator for Bilinear<'_> {
     }
 
     #[inline(always)]
-    fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block> {
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         let parts = self.parts(block)?;
-        let mut value = parts.pose_offset(weights.pose);
-        for (terms, &x) in parts.identity.chunks_exact(self.stride().max(1)).zip(weights.identity) {
-            value = value.plus_scaled(x, &self.identity_column(terms, weights.pose));
+        let mut value = parts.pose_offset(at.weights.pose);
+        for (terms, &x) in parts.identity.groups(self.stride()).zip(at.weights.identity) {
+            value = value.plus_scaled(x, &self.identity_column(terms, at.weights.pose));
         }
         Some(value)
     }
 
     /// One pass over the coefficients: the derivative by `x_i` is `t_i`, the one by `y_j` is `b_j + sum_i x_i m_ij`, i ascending.
     #[inline(always)]
-    fn linearised_block_unchecked(
-        &self,
-        weights: Weights<'_>,
-        block: usize,
-        jacobian: &mut [[f32; NUMBERS]],
-    ) -> Option<Block> {
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         let parts = self.parts(block)?;
         let (by_identity, by_pose) = jacobian.split_at_mut_checked(self.identity_dim())?;
         let by_pose = by_pose.get_mut(..self.pose_dim())?;
-        let mut value = parts.pose_offset(weights.pose);
+        let mut value = parts.pose_offset(at.weights.pose);
         parts.start_columns(by_pose);
-        let identity = parts.identity.chunks_exact(self.stride().max(1)).zip(weights.identity);
+        let identity = parts.identity.groups(self.stride()).zip(at.weights.identity);
         for ((terms, &x), column) in identity.zip(by_identity) {
             let (linear, bilinear) = self.identity_terms(terms);
-            let mut sum = linear.map_or(Block::ZERO, Block::of_term);
-            for ((term, &y), by_pose) in bilinear.iter().zip(weights.pose).zip(by_pose.iter_mut()) {
-                let term = Block::of_term(term);
-                sum = sum.plus_scaled(y, &term);
-                Block::load(by_pose).plus_scaled(x, &term).store(by_pose);
+            let mut sum = linear.map_or_else(TermOf::<'a, S>::zero, Term::start);
+            for ((term, &y), by_pose) in bilinear.iter().zip(at.weights.pose).zip(by_pose.iter_mut()) {
+                sum = term.add_to(sum, y);
+                Block::load(by_pose).plus_scaled(x, &term.block()).store(by_pose);
             }
+            let sum = TermOf::<'a, S>::total(sum);
             value = value.plus_scaled(x, &sum);
             sum.store(column);
         }
         Some(value)
     }
 
-    fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
         let parts = self.parts(vertex / LANES)?;
         let lane = vertex % LANES;
-        let mut value = lane_of_term(parts.offset, lane);
-        for (term, &y) in parts.pose_linear.iter().zip(weights.pose) {
-            value = plus_scaled(value, y, lane_of_term(term, lane));
+        let mut value = lane_of_raw(parts.offset, lane);
+        for (term, &y) in parts.pose_linear.iter().zip(at.weights.pose) {
+            value = plus_scaled(value, y, term.lane(lane));
         }
-        for (terms, &x) in parts.identity.chunks_exact(self.stride().max(1)).zip(weights.identity) {
+        for (terms, &x) in parts.identity.groups(self.stride()).zip(at.weights.identity) {
             let (linear, bilinear) = self.identity_terms(terms);
-            let mut sum = linear.map_or([0.0; 3], |term| lane_of_term(term, lane));
-            for (term, &y) in bilinear.iter().zip(weights.pose) {
-                sum = plus_scaled(sum, y, lane_of_term(term, lane));
+            let mut sum = linear.map_or_else(TermOf::<'a, S>::lane_zero, |term| term.lane_start(lane));
+            for (term, &y) in bilinear.iter().zip(at.weights.pose) {
+                sum = term.lane_add_to(lane, sum, y);
             }
-            value = plus_scaled(value, x, sum);
+            value = plus_scaled(value, x, TermOf::<'a, S>::lane_total(sum));
         }
         Some(value)
     }
 
-    fn linearised_vertex_unchecked(
-        &self,
-        weights: Weights<'_>,
-        vertex: usize,
-        jacobian: &mut [[f32; 3]],
-    ) -> Option<[f32; 3]> {
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
         let parts = self.parts(vertex / LANES)?;
         let lane = vertex % LANES;
         let (by_identity, by_pose) = jacobian.split_at_mut_checked(self.identity_dim())?;
         let by_pose = by_pose.get_mut(..self.pose_dim())?;
-        let mut value = lane_of_term(parts.offset, lane);
+        let mut value = lane_of_raw(parts.offset, lane);
         by_pose.fill([0.0; 3]);
-        for ((term, &y), column) in parts.pose_linear.iter().zip(weights.pose).zip(by_pose.iter_mut()) {
-            *column = lane_of_term(term, lane);
+        for ((term, &y), column) in parts.pose_linear.iter().zip(at.weights.pose).zip(by_pose.iter_mut()) {
+            *column = term.lane(lane);
             value = plus_scaled(value, y, *column);
         }
-        let identity = parts.identity.chunks_exact(self.stride().max(1)).zip(weights.identity);
+        let identity = parts.identity.groups(self.stride()).zip(at.weights.identity);
         for ((terms, &x), column) in identity.zip(by_identity) {
             let (linear, bilinear) = self.identity_terms(terms);
-            let mut sum = linear.map_or([0.0; 3], |term| lane_of_term(term, lane));
-            for ((term, &y), by_pose) in bilinear.iter().zip(weights.pose).zip(by_pose.iter_mut()) {
-                let term = lane_of_term(term, lane);
-                sum = plus_scaled(sum, y, term);
-                *by_pose = plus_scaled(*by_pose, x, term);
+            let mut sum = linear.map_or_else(TermOf::<'a, S>::lane_zero, |term| term.lane_start(lane));
+            for ((term, &y), by_pose) in bilinear.iter().zip(at.weights.pose).zip(by_pose.iter_mut()) {
+                sum = term.lane_add_to(lane, sum, y);
+                *by_pose = plus_scaled(*by_pose, x, term.lane(lane));
             }
+            let sum = TermOf::<'a, S>::lane_total(sum);
             value = plus_scaled(value, x, sum);
             *column = sum;
         }
@@ -234,15 +224,12 @@ impl Generator for Bilinear<'_> {
     }
 }
 
-#[inline(always)]
-fn plus_scaled([a, b, c]: [f32; 3], weight: f32, [x, y, z]: [f32; 3]) -> [f32; 3] {
-    [a + weight * x, b + weight * y, c + weight * z]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Error;
     use crate::format::{Mode, Model};
+    use crate::generator::Weights;
     use crate::generator::prepared::{Prepared, prepared_req};
     use crate::testing::{Stream, header, model_file};
     use proptest::prelude::*;
@@ -266,8 +253,8 @@ mod tests {
         let generator = Model::open(&file).unwrap().bilinear().unwrap();
         let shape = evaluated(&generator, &[0.0; 3], &[0.0; 2]);
         for vertex in 0..37 {
-            let term = generator.terms[vertex / 16 * generator.header.n_terms()];
-            assert_eq!(shape[3 * vertex..3 * vertex + 3], lane_of_term(&term, vertex % 16));
+            let (offset, _) = generator.storage.block(vertex / 16, generator.header.n_terms()).unwrap();
+            assert_eq!(shape[3 * vertex..3 * vertex + 3], lane_of_raw(offset, vertex % 16));
         }
     }
 
@@ -310,13 +297,14 @@ mod tests {
             let whole = evaluated(&generator, &identity, &pose);
             let cut = (cut * n as f64) as usize;
             let weights = Weights { identity: &identity, pose: &pose };
+            let at = generator.begin(weights, false, &mut []).unwrap();
             let mut out = vec![0.0; 3 * n];
             let (first, second) = out.split_at_mut(3 * cut);
             generator.evaluate(weights, 0..cut, first).unwrap();
             generator.evaluate(weights, cut..n, second).unwrap();
             prop_assert_eq!(&out, &whole);
             for vertex in 0..n {
-                prop_assert_eq!(&generator.vertex_unchecked(weights, vertex).unwrap()[..], &whole[3 * vertex..3 * vertex + 3]);
+                prop_assert_eq!(&generator.vertex_unchecked(at, vertex).unwrap()[..], &whole[3 * vertex..3 * vertex + 3]);
             }
         }
 
@@ -327,15 +315,16 @@ mod tests {
             let generator = Model::open(&file).unwrap().bilinear().unwrap();
             let (identity, pose) = random_weights(&header, seed + 1);
             let mut jacobian = vec![[0.0; NUMBERS]; 5];
-            let weights = Weights { identity: &identity, pose: &pose };
-            let value = generator.linearised_block_unchecked(weights, 1, &mut jacobian).unwrap();
-            prop_assert_eq!(value, generator.block_unchecked(weights, 1).unwrap());
+            let at = generator.begin(Weights { identity: &identity, pose: &pose }, true, &mut []).unwrap();
+            let value = generator.linearised_block_unchecked(at, 1, &mut jacobian).unwrap();
+            prop_assert_eq!(value, generator.block_unchecked(at, 1).unwrap());
             for k in 0..5 {
                 // The model is linear in each weight: a wide step has no error but rounding.
                 let moved = |step: f32| {
                     let (mut identity, mut pose) = (identity.clone(), pose.clone());
                     if k < 3 { identity[k] += step } else { pose[k - 3] += step }
-                    generator.block_unchecked(Weights { identity: &identity, pose: &pose }, 1).unwrap()
+                    let weights = Weights { identity: &identity, pose: &pose };
+                    generator.block_unchecked(generator.begin(weights, false, &mut []).unwrap(), 1).unwrap()
                 };
                 let (above, below) = (moved(1.0), moved(-1.0));
                 let column = Block::load(&jacobian[k]);
@@ -345,7 +334,7 @@ mod tests {
                 } }
                 for lane in 0..3 {
                     let mut one = vec![[0.0; 3]; 5];
-                    let position = generator.linearised_vertex_unchecked(weights, 16 + lane, &mut one).unwrap();
+                    let position = generator.linearised_vertex_unchecked(at, 16 + lane, &mut one).unwrap();
                     prop_assert_eq!(position, value.lane(lane));
                     prop_assert_eq!(one[k], column.lane(lane));
                 }

@@ -5,10 +5,10 @@ pub const LANES: usize = 16;
 /// Numbers of a block.
 pub const NUMBERS: usize = 3 * LANES;
 /// Bytes of a block of `f32`.
-pub(crate) const TERM_BYTES: usize = 4 * NUMBERS;
+pub(crate) const RAW_BYTES: usize = 4 * NUMBERS;
 
 /// One term of a block as it lies in the file: 3 x 16 little-endian `f32` at any alignment.
-pub(crate) type Term = [u8; TERM_BYTES];
+pub type RawBlock = [u8; RAW_BYTES];
 
 /// Coordinates (or derivatives) of sixteen vertices.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,7 +24,7 @@ impl Block {
 
     /// The numbers of a stored term.
     #[inline(always)]
-    pub(crate) fn of_term(term: &Term) -> Self {
+    pub(crate) fn of_raw(term: &RawBlock) -> Self {
         let mut block = Block::ZERO;
         for (axis, bytes) in block.axes.iter_mut().zip(term.as_chunks::<{ 4 * LANES }>().0) {
             for (value, raw) in axis.iter_mut().zip(bytes.as_chunks::<4>().0) {
@@ -63,6 +63,17 @@ impl Block {
         self
     }
 
+    /// `self + weights * other`, with a weight for each lane, every product rounded before it is added.
+    #[inline(always)]
+    pub(crate) fn plus_weighted(mut self, weights: &[f32; LANES], other: &Block) -> Self {
+        for (axis, other) in self.axes.iter_mut().zip(&other.axes) {
+            for ((value, weight), other) in axis.iter_mut().zip(weights).zip(other) {
+                *value += weight * *other;
+            }
+        }
+        self
+    }
+
     /// Coordinates of one lane.
     #[inline(always)]
     pub fn lane(&self, lane: usize) -> [f32; 3] {
@@ -89,7 +100,7 @@ impl Block {
 
 /// The three coordinates of one lane of a stored term.
 #[inline(always)]
-pub(crate) fn lane_of_term(term: &Term, lane: usize) -> [f32; 3] {
+pub(crate) fn lane_of_raw(term: &RawBlock, lane: usize) -> [f32; 3] {
     let (numbers, _) = term.as_chunks::<4>();
     [0, LANES, 2 * LANES].map(|axis| numbers.get(axis + lane).map_or(0.0, |raw| f32::from_le_bytes(*raw)))
 }

@@ -1,15 +1,16 @@
-//! A bilinear generator with its identity or its pose fixed: tracking fixes the identity once, then pays only for the pose.
+//! A generator with its identity or its pose fixed, where it is linear in the rest: tracking fixes the identity once, then pays only for the pose.
 
 use core::ops::Range;
 
 use super::bilinear::Bilinear;
 use super::block::lane_of_numbers;
-use super::{Block, Generator, LANES, NUMBERS, Weights};
+use super::{At, Block, Generator, LANES, NUMBERS, Weights};
 use crate::Error;
 use crate::format::Mode;
+use crate::quantise::Storage;
 use crate::workspace::{Requirement, saturated};
 
-/// What remains of a bilinear generator when one group of weights is fixed: an offset and one column per remaining weight, in the
+/// What remains of a generator that is linear in the free weights when the others are fixed: an offset and one column per remaining weight, in the
 /// caller's memory.
 ///
 /// It is a generator of its own, over the vertices that were prepared; the fixed group has no weights any more. Fixing the pose gives the same
@@ -25,7 +26,11 @@ pub struct Prepared<'w> {
 }
 
 /// Memory that a prepared form of the vertices of `blocks` (in blocks of [`LANES`] vertices) takes.
-pub fn prepared_req(generator: &Bilinear<'_>, fixed: Mode, blocks: &Range<usize>) -> Requirement {
+pub fn prepared_req<'a, S: Storage<'a>>(
+    generator: &Bilinear<'a, S>,
+    fixed: Mode,
+    blocks: &Range<usize>,
+) -> Requirement {
     let dim = match fixed {
         Mode::Identity => generator.pose_dim(),
         Mode::Pose => generator.identity_dim(),
@@ -46,8 +51,8 @@ impl<'w> Prepared<'w> {
     /// Cost: one pass over the coefficients of the range.
     /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
     #[inline(always)]
-    pub fn new(
-        generator: &Bilinear<'_>,
+    pub fn new<'a, S: Storage<'a>>(
+        generator: &Bilinear<'a, S>,
         fixed: Mode,
         weights: &[f32],
         blocks: Range<usize>,
@@ -80,8 +85,8 @@ impl<'w> Prepared<'w> {
     ///
     /// Errors: `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
     #[inline(always)]
-    pub fn of_numbers(
-        generator: &Bilinear<'_>,
+    pub fn of_numbers<'a, S: Storage<'a>>(
+        generator: &Bilinear<'a, S>,
         fixed: Mode,
         blocks: Range<usize>,
         numbers: &'w [f32],
@@ -94,6 +99,11 @@ impl<'w> Prepared<'w> {
         };
         let n_vertices = generator.vertex_count().min(blocks.end * LANES).saturating_sub(blocks.start * LANES);
         Ok(Prepared { free, dim, n_vertices, columns: numbers.as_chunks().0 })
+    }
+
+    /// A form whose columns were written by its maker.
+    pub(crate) fn of_columns(free: Mode, dim: usize, n_vertices: usize, columns: &'w [[f32; NUMBERS]]) -> Self {
+        Prepared { free, dim, n_vertices, columns }
     }
 
     /// The group of weights that is still free.
@@ -119,7 +129,7 @@ impl<'w> Prepared<'w> {
 }
 
 /// Refuses blocks that the generator does not have.
-fn check_blocks(generator: &Bilinear<'_>, blocks: &Range<usize>) -> Result<(), Error> {
+pub(crate) fn check_blocks(generator: &impl Generator, blocks: &Range<usize>) -> Result<(), Error> {
     let limit = generator.block_count();
     if blocks.start > blocks.end || blocks.end > limit {
         return Err(Error::IndexOutOfRange { index: saturated(blocks.end.max(blocks.start)), limit: saturated(limit) });
@@ -141,50 +151,40 @@ impl Generator for Prepared<'_> {
     }
 
     #[inline(always)]
-    fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block> {
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         let (offset, columns) = self.parts(block)?;
         let mut value = Block::load(offset);
-        for (column, &weight) in columns.iter().zip(self.free_weights(weights)) {
+        for (column, &weight) in columns.iter().zip(self.free_weights(at.weights)) {
             value = value.plus_scaled(weight, &Block::load(column));
         }
         Some(value)
     }
 
     #[inline(always)]
-    fn linearised_block_unchecked(
-        &self,
-        weights: Weights<'_>,
-        block: usize,
-        jacobian: &mut [[f32; NUMBERS]],
-    ) -> Option<Block> {
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         let (_, columns) = self.parts(block)?;
         for (to, column) in jacobian.get_mut(..self.dim)?.iter_mut().zip(columns) {
             *to = *column;
         }
-        self.block_unchecked(weights, block)
+        self.block_unchecked(at, block)
     }
 
-    fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
         let (offset, columns) = self.parts(vertex / LANES)?;
         let lane = vertex % LANES;
         let mut value = lane_of_numbers(offset, lane);
-        for (column, &weight) in columns.iter().zip(self.free_weights(weights)) {
+        for (column, &weight) in columns.iter().zip(self.free_weights(at.weights)) {
             let [x, y, z] = lane_of_numbers(column, lane);
             value = [value[0] + weight * x, value[1] + weight * y, value[2] + weight * z];
         }
         Some(value)
     }
 
-    fn linearised_vertex_unchecked(
-        &self,
-        weights: Weights<'_>,
-        vertex: usize,
-        jacobian: &mut [[f32; 3]],
-    ) -> Option<[f32; 3]> {
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
         let (_, columns) = self.parts(vertex / LANES)?;
         for (to, column) in jacobian.get_mut(..self.dim)?.iter_mut().zip(columns) {
             *to = lane_of_numbers(column, vertex % LANES);
         }
-        self.vertex_unchecked(weights, vertex)
+        self.vertex_unchecked(at, vertex)
     }
 }

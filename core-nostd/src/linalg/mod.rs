@@ -1,7 +1,14 @@
-//! Small dense linear algebra on the caller's slices: row-major, square, without panics and with bounded work.
+//! Small dense linear algebra on the caller's slices: row-major, without panics and with bounded work.
 
 pub mod cholesky;
+pub mod least_squares;
+pub mod polar;
+pub mod qr;
+pub mod svd3;
 pub mod symmetric_eigen;
+
+#[cfg(test)]
+mod tests;
 
 use crate::Real;
 

@@ -42,6 +42,37 @@ pub fn rotation_matrix<R: Real>(v: [R; 3]) -> Matrix3<R> {
     ]
 }
 
+/// The left Jacobian of the rotation group at `v`: a small change `d` of the rotation vector turns by `J d` behind the rotation, so that
+/// `dR = [J d]x R`.
+///
+/// `J = I + (1 - cos a)/a^2 [v]x + (a - sin a)/a^3 [v]x^2`.
+///
+/// Order of operations: `q`, `f` and `g` as in [`rotation_matrix`]; `h = 1/6 - q (1/120 - q/5040)` where the series are used, elsewhere `(1 - f) / q`;
+/// with `c = 1 - h q`, the diagonal is `c + h x x`, the entries beside it `h x y -+ g z`, with `h` multiplied first.
+/// Accuracy: 4e-7 per entry in `f32` for angles to 10 (test `left_jacobian_matches_differences`). Panics: never.
+pub fn left_jacobian<R: Real>(v: [R; 3]) -> Matrix3<R> {
+    let [x, y, z] = v;
+    let square = x * x + y * y + z * z;
+    let (second, third) = if square < R::EPSILON.sqrt().sqrt() * R::from_f64(0.5) {
+        (
+            R::from_f64(0.5) - square * (R::from_f64(1.0 / 24.0) - square * R::from_f64(1.0 / 720.0)),
+            R::from_f64(1.0 / 6.0) - square * (R::from_f64(1.0 / 120.0) - square * R::from_f64(1.0 / 5040.0)),
+        )
+    } else {
+        let angle = square.sqrt();
+        let half = (angle * R::from_f64(0.5)).sin();
+        ((half + half) * half / square, (R::ONE - angle.sin() / angle) / square)
+    };
+    let rest = R::ONE - third * square;
+    let (sx, sy, sz) = (second * x, second * y, second * z);
+    let (xy, xz, yz) = (third * x * y, third * x * z, third * y * z);
+    [
+        [rest + third * x * x, xy - sz, xz + sy],
+        [xy + sz, rest + third * y * y, yz - sx],
+        [xz - sy, yz + sx, rest + third * z * z],
+    ]
+}
+
 /// `a b`.
 pub fn product<R: Real>(a: &Matrix3<R>, b: &Matrix3<R>) -> Matrix3<R> {
     let [b0, b1, b2] = *b;
@@ -67,6 +98,25 @@ pub fn transpose_applied<R: Real>([a, b, c]: &Matrix3<R>, [x, y, z]: [R; 3]) -> 
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn left_jacobian_matches_differences(x in -6.0f64..6.0, y in -6.0f64..6.0, z in -6.0f64..6.0, size in 0.0f64..1.0) {
+            let v = [size * x, size * y, size * z];
+            let (rotation, jacobian) = (rotation_matrix(v), left_jacobian(v));
+            let single = left_jacobian(v.map(|value| value as f32));
+            for k in 0..3 {
+                let moved = |step: f64| { let mut v = v; v[k] += step; rotation_matrix(v) };
+                let (above, below) = (moved(1e-5), moved(-1e-5));
+                // dR R^T = [J e_k]x.
+                for (row, column, entry, sign) in [(2, 1, 0, 1.0), (0, 2, 1, 1.0), (1, 0, 2, 1.0), (1, 2, 0, -1.0)] {
+                    let turn: f64 = (0..3).map(|m| (above[row][m] - below[row][m]) / 2e-5 * rotation[column][m]).sum();
+                    prop_assert!((sign * turn - jacobian[entry][k]).abs() < 1e-9, "{turn} {}", jacobian[entry][k]);
+                    prop_assert!((f64::from(single[entry][k]) - jacobian[entry][k]).abs() < 4e-7);
+                }
+            }
+        }
+    }
 
     #[test]
     fn quarter_turn_about_z() {

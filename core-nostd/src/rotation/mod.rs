@@ -1,4 +1,5 @@
-//! Rotations and the similarity transforms that place a model in the frame of a scan.
+//! Rotations, dual quaternions, and the similarity transforms that place a model in the frame of a scan.
 
 pub mod axis_angle;
+pub mod quaternion;
 pub mod similarity;

@@ -2,6 +2,7 @@
 
 use crate::linalg::symmetric_eigen::diagonalise_in_place;
 use crate::rotation::similarity::Similarity;
+use crate::workspace::check_len;
 use crate::{Error, Real};
 
 /// Sums over weighted pairs of corresponding points; feed it with [`Moments::add`], then ask for the transform.
@@ -25,6 +26,42 @@ pub struct Moments<R> {
     cross: [[R; 3]; 3],
     // Upper triangle of the source's second moments: xx, xy, xz, yy, yz, zz.
     spread: [R; 6],
+}
+
+/// Pairs side by side.
+const LANES: usize = 16;
+
+/// Points against an origin, by axes.
+#[inline(always)]
+fn relative<R: Real>(points: &[[R; 3]; LANES], [x0, y0, z0]: [R; 3]) -> [[R; LANES]; 3] {
+    let mut out = [[R::ZERO; LANES]; 3];
+    let [x, y, z] = &mut out;
+    for (((x, y), z), [a, b, c]) in x.iter_mut().zip(y).zip(z).zip(points) {
+        (*x, *y, *z) = (*a - x0, *b - y0, *c - z0);
+    }
+    out
+}
+
+/// Sums of p (3), q (3), p_i q_j (9), and of p_i p_j for i <= j (6).
+#[inline(always)]
+fn add_lanes<R: Real>(sums: &mut [[R; LANES]; 21], p: &[[R; LANES]; 3], q: &[[R; LANES]; 3]) {
+    let mut next = sums.iter_mut();
+    for axis in p.iter().chain(q) {
+        if let Some(sum) = next.next() {
+            sum.iter_mut().zip(axis).for_each(|(sum, value)| *sum += *value);
+        }
+    }
+    let mut add = |a: &[R; LANES], b: &[R; LANES]| {
+        if let Some(sum) = next.next() {
+            sum.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += *a * *b);
+        }
+    };
+    for a in p {
+        q.iter().for_each(|b| add(a, b));
+    }
+    for (i, a) in p.iter().enumerate() {
+        p.iter().skip(i).for_each(|b| add(a, b));
+    }
 }
 
 impl<R: Real> Moments<R> {
@@ -54,6 +91,37 @@ impl<R: Real> Moments<R> {
         for (sum, product) in self.spread.iter_mut().zip(products) {
             *sum += product;
         }
+    }
+
+    /// Adds many pairs of weight 1, side by side.
+    ///
+    /// Order of operations: as [`Moments::add`], but lane `l` of sixteen sums the pairs `l`, `l + 16`, .. from zero; then the lanes are added in order.
+    /// Errors: `DimensionMismatch` when there are not as many targets as sources. Panics: never.
+    #[inline(always)]
+    pub fn add_all(&mut self, sources: &[[R; 3]], targets: &[[R; 3]]) -> Result<(), Error> {
+        check_len(sources.len(), targets.len())?;
+        let (Some(&source), Some(&target)) = (sources.first(), targets.first()) else { return Ok(()) };
+        let (p0, q0) = *self.origin.get_or_insert((source, target));
+        let mut sums = [[R::ZERO; LANES]; 21];
+        let (pairs, rest) = sources.as_chunks::<LANES>();
+        let (paired, paired_rest) = targets.as_chunks::<LANES>();
+        for (p, q) in pairs.iter().zip(paired) {
+            add_lanes(&mut sums, &relative(p, p0), &relative(q, q0));
+        }
+        // The others of the last sixteen stand at the origin and add nothing.
+        let (mut p, mut q) = ([p0; LANES], [q0; LANES]);
+        p.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
+        q.iter_mut().zip(paired_rest).for_each(|(to, from)| *to = *from);
+        add_lanes(&mut sums, &relative(&p, p0), &relative(&q, q0));
+        let mut totals = sums.iter().map(|lanes| lanes.iter().fold(R::ZERO, |sum, lane| sum + *lane));
+        let cross = self.cross.iter_mut().flatten();
+        for to in self.source.iter_mut().chain(&mut self.target).chain(cross).chain(&mut self.spread) {
+            *to += totals.next().unwrap_or_default();
+        }
+        for _ in sources {
+            self.weight += R::ONE;
+        }
+        Ok(())
     }
 
     /// The transform `x -> s R x + t` of the sources that minimises the weighted squared distance to the targets; `s = 1` unless
@@ -143,6 +211,33 @@ fn rotation_of_quaternion<R: Real>([w, x, y, z]: [R; 4]) -> [[R; 3]; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
+
+    #[test]
+    fn many_pairs_at_once_give_the_same_transform() {
+        let points: Vec<[f64; 3]> =
+            (0..53).map(|k| [f64::from(k * 7 % 11), f64::from(k * 5 % 13), f64::from(k * 3 % 17)]).collect();
+        let moved: Vec<[f64; 3]> = points.iter().map(|[x, y, z]| [2.0 * y + 1.0, 3.0 - 2.0 * x, 2.0 * z]).collect();
+        for count in [3, 15, 16, 17, 53] {
+            let (mut one, mut all) = (Moments::new(), Moments::new());
+            points.iter().zip(&moved).take(count).for_each(|(p, q)| one.add(*p, *q, 1.0));
+            all.add_all(&points[..count], &moved[..count]).unwrap();
+            let (one, all) = (one.similarity(true).unwrap(), all.similarity(true).unwrap());
+            assert!((one.scale - all.scale).abs() < 1e-12 && (all.scale - 2.0).abs() < 1e-12);
+            for (a, b) in one
+                .rotation
+                .iter()
+                .flatten()
+                .chain(&one.translation)
+                .zip(all.rotation.iter().flatten().chain(&all.translation))
+            {
+                assert!((a - b).abs() < 1e-10, "{a} {b}");
+            }
+        }
+        let error = Error::DimensionMismatch { expected: 2, found: 1 };
+        assert_eq!(Moments::new().add_all(&points[..2], &moved[..1]), Err(error));
+    }
+
     use crate::rotation::axis_angle::rotation_matrix;
     use proptest::prelude::*;
 

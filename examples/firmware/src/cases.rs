@@ -38,9 +38,10 @@ pub fn targets(model: &Model<'_>, generator: &Bilinear<'_>) -> [Option<[f32; 3]>
     let placement = Similarity::IDENTITY.moved([0.2, -0.3, 0.1], [30.0, -12.0, 400.0], 0.0);
     let weights = Weights { identity: &IDENTITY, pose: &POSE };
     let mut targets = [None; LANDMARKS];
+    let Ok(at) = generator.begin(weights, false, &mut []) else { return targets };
     for (target, vertex) in targets.iter_mut().zip(model.landmarks().iter().flat_map(|indices| indices.iter())).skip(1)
     {
-        *target = generator.vertex_unchecked(weights, vertex as usize).map(|point| placement.applied(point));
+        *target = generator.vertex_unchecked(at, vertex as usize).map(|point| placement.applied(point));
     }
     targets
 }

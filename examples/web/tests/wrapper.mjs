@@ -1,6 +1,6 @@
 // Tests of habitus.js: what it gives, what it refuses, and what becomes of its memory.
 //
-//     node wrapper.mjs HABITUS.wasm face.hab
+//     node wrapper.mjs HABITUS.wasm face.hab body.hab
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
@@ -8,13 +8,14 @@ import test from "node:test";
 import vm from "node:vm";
 import Habitus from "../habitus.js";
 
-const [wasmPath, modelPath] = process.argv.slice(2);
-if (modelPath === undefined) {
-  console.error("usage: node wrapper.mjs HABITUS.wasm face.hab");
+const [wasmPath, modelPath, bodyPath] = process.argv.slice(2);
+if (bodyPath === undefined) {
+  console.error("usage: node wrapper.mjs HABITUS.wasm face.hab body.hab");
   process.exit(2);
 }
 const wasm = await readFile(wasmPath);
 const face = await readFile(modelPath);
+const body = await readFile(bodyPath);
 const { CONSTANTS } = Habitus;
 
 const loaded = () => Habitus.load(wasm);
@@ -83,6 +84,103 @@ test("ranges and prepared forms give the bits of the whole", async () => {
   form.close();
   form.close();
   refuses(() => form.evaluate(weights.identity), "HAB_NOT_OPENED", [1, 0]);
+});
+
+test("an evaluation of a face gives the bits of the model", async () => {
+  const kernel = await loaded();
+  const model = kernel.open(face);
+  const weights = mean(model);
+  const whole = model.evaluate(weights);
+  const { jacobian } = model.linearise(weights, 0, 2);
+  const evaluation = model.begin(weights, { derivatives: true });
+  assert.equal(model.counts.needsEvaluation, 0);
+  assert.deepEqual(evaluation.positions(), whole);
+  assert.deepEqual(evaluation.linearise(0, 2).jacobian, jacobian);
+  refuses(() => evaluation.jointPositions(), "HAB_UNSUPPORTED");
+  refuses(() => model.setBlend(0), "HAB_WRONG_KIND", [3, 1]);
+  assert.deepEqual(model.joints(), []);
+  assert.equal(model.poseBounds(), undefined);
+  evaluation.close();
+});
+
+test("a body is posed, its joints are known, its forms give its bits", async () => {
+  const kernel = await loaded();
+  const before = kernel.usedBytes;
+  const model = kernel.open(body);
+  const { nVertices, nJoints, poseDim, identityDim, nBlocks, kind } = model.counts;
+  assert.equal(kind, CONSTANTS.HAB_KIND_SKINNED);
+  const joints = model.joints();
+  assert.equal(joints.length, nJoints);
+  assert.equal(joints[0].parent, null);
+  assert.ok(joints.slice(1).every(({ parent }, k) => parent <= k));
+  assert.equal(joints.reduce((sum, { nWeights }) => sum + nWeights, 0), poseDim);
+  assert.ok(joints.every(({ name, axis, nWeights }) => name.length > 0 && (axis === null) === (nWeights === 3)));
+  const { lower, upper } = model.poseBounds();
+  const weights = { identity: model.weights("identity", [1, -0.5]), pose: upper.map((high, k) => 0.4 * high + 0.1 * lower[k]) };
+
+  const evaluation = model.begin(weights);
+  const whole = evaluation.positions();
+  assert.equal(whole.length, 3 * nVertices);
+  assert.deepEqual(model.evaluate(weights), whole);
+  assert.deepEqual(model.evaluateRange(weights, 17, 20), whole.slice(51, 111));
+  assert.deepEqual(evaluation.positionsRange(17, 20), whole.slice(51, 111));
+  const there = evaluation.jointPositions();
+  assert.ok(there.length === 3 * nJoints && joints.some(({ position }, k) => Math.abs(position[1] - there[3 * k + 1]) > 1));
+  refuses(() => evaluation.linearise(), "HAB_BAD_OPTION", [7, 0]);
+  refuses(() => evaluation.positionsRange(nVertices, 1), "HAB_INDEX_OUT_OF_RANGE", [nVertices + 1, nVertices]);
+  refuses(() => evaluation.positions(new Float32Array(3)), "HAB_DIMENSION_MISMATCH", [3 * nVertices, 3]);
+  refuses(() => model.begin({ identity: [1], pose: weights.pose }), "HAB_DIMENSION_MISMATCH", [identityDim, 1]);
+  refuses(() => model.evaluate({ ...weights, pose: weights.pose.map(() => NaN) }), "HAB_NOT_FINITE", [identityDim, 0]);
+  const { values, jacobian } = model.linearise(weights, 0, nBlocks);
+  const angle = 4;
+  const stepped = { ...weights, pose: weights.pose.map((value, k) => value + (k === angle ? 1e-3 : 0)) };
+  const moved = model.linearise(stepped, 0, nBlocks).values;
+  const block = CONSTANTS.HAB_BLOCK_VERTICES * 3;
+  for (let k = 0; k < values.length; k++) {
+    const at = (Math.floor(k / block) * (identityDim + poseDim) + identityDim + angle) * block + (k % block);
+    assert.ok(Math.abs((moved[k] - values[k]) / 1e-3 - jacobian[at]) < 1 + 0.01 * Math.abs(jacobian[at]), `number ${k}`);
+  }
+
+  const person = model.prepared("identity", weights.identity);
+  assert.deepEqual(person.evaluate(weights.pose), whole);
+  assert.equal(person.linearise(weights.pose).jacobian.length, nBlocks * block * poseDim);
+  const tracked = person.begin(weights.pose, { derivatives: true });
+  // The bytes of the file live as long as something reads them.
+  model.close();
+  refuses(() => model.begin(weights), "HAB_NOT_OPENED", [1, 0]);
+  const other = kernel.open(face);
+  assert.deepEqual(person.evaluate(weights.pose), whole);
+  person.close();
+  refuses(() => person.begin(weights.pose), "HAB_NOT_OPENED", [1, 0]);
+  const again = kernel.open(face);
+  assert.deepEqual(tracked.positions(), whole);
+  assert.deepEqual(tracked.jointPositions(), there);
+  assert.deepEqual(evaluation.positions(), whole);
+  for (const open of [tracked, tracked, evaluation, other, again]) open.close();
+  refuses(() => tracked.positions(), "HAB_NOT_OPENED", [1, 0]);
+  assert.equal(kernel.usedBytes, before);
+});
+
+test("a body moves in the way that was set, and is fitted within its bounds", async () => {
+  const model = (await loaded()).open(body);
+  const { lower, upper } = model.poseBounds();
+  const weights = { identity: model.weights("identity", [1]), pose: upper.map((high) => high / 3) };
+  const whole = model.evaluate(weights);
+  const targets = landmarksOf(model, whole);
+  const form = model.prepared("identity", weights.identity);
+  const options = { frame: "fixed", place: false, posePrior: "bounds", maxIterations: 200, prepared: form };
+  const { pose, report } = model.fitLandmarks(targets, options);
+  assert.ok(report.rms < 1, `${report.rms} mm`);
+  assert.ok(pose.every((angle, k) => angle >= lower[k] && angle <= upper[k]));
+  refuses(() => model.fitLandmarks(targets, { ...options, posePrior: "gaussian" }), "HAB_UNSUPPORTED");
+  model.setBlend(CONSTANTS.HAB_BLEND_DUAL_QUATERNION);
+  model.setJoints(CONSTANTS.HAB_JOINTS_MEAN);
+  assert.deepEqual([model.counts.blend, model.counts.joints], [1, 1]);
+  assert.notDeepEqual(model.evaluate(weights), whole);
+  refuses(() => model.setBlend(9), "HAB_BAD_OPTION", [2, 0]);
+  model.setBlend(CONSTANTS.HAB_BLEND_LINEAR);
+  model.setJoints(CONSTANTS.HAB_JOINTS_REGRESSED);
+  assert.deepEqual(model.evaluate(weights), whole);
 });
 
 test("derivatives are what differences say", async () => {

@@ -4,9 +4,9 @@ use core::ops::Range;
 
 use habitus_core::fit::{FitOptions, FitReport, Frame, Samples, fit_landmarks, fit_points, normal_equations};
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::prepared::Prepared;
-use habitus_core::generator::{Block, Generator, NUMBERS, Weights};
+use habitus_core::generator::any::AnyGenerator;
+use habitus_core::generator::any_prepared::AnyPrepared;
+use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::{Error, Real};
 
@@ -45,15 +45,15 @@ macro_rules! kernel {
 }
 
 kernel!(Evaluate ['a G: Generator]
-    (generator: &'a G, weights: Weights<'a>, vertices: Range<usize>, out: &'a mut [f32]) -> Result<(), Error>
-    = generator.evaluate(weights, vertices, out));
+    (generator: &'a G, at: At<'a>, vertices: Range<usize>, out: &'a mut [f32]) -> Result<(), Error>
+    = generator.evaluate_at(at, vertices, out));
 kernel!(LinearisedBlock ['a G: Generator]
-    (generator: &'a G, weights: Weights<'a>, block: usize, jacobian: &'a mut [[f32; NUMBERS]]) -> Option<Block>
-    = generator.linearised_block_unchecked(weights, block, jacobian));
+    (generator: &'a G, at: At<'a>, block: usize, jacobian: &'a mut [[f32; NUMBERS]]) -> Option<Block>
+    = generator.linearised_block_unchecked(at, block, jacobian));
 kernel!(Preparation ['a 'w]
-    (generator: &'a Bilinear<'a>, fixed: Mode, weights: &'a [f32], blocks: Range<usize>, workspace: &'w mut [f32])
-    -> Result<Prepared<'w>, Error>
-    = Prepared::new(generator, fixed, weights, blocks, workspace));
+    (generator: &'a AnyGenerator<'w>, fixed: Mode, weights: &'a [f32], blocks: Range<usize>, workspace: &'w mut [f32])
+    -> Result<AnyPrepared<'w, 'w>, Error>
+    = generator.prepared(fixed, weights, blocks, workspace));
 kernel!(NormalEquations ['a G: Generator S: Samples]
     (
         generator: &'a G,
@@ -104,44 +104,44 @@ pub trait Backend {
     fn evaluate<G: Generator>(
         &self,
         generator: &G,
-        weights: Weights<'_>,
+        at: At<'_>,
         vertices: Range<usize>,
         out: &mut [f32],
     ) -> Result<(), Error> {
-        self.within(Evaluate { generator, weights, vertices, out })
+        self.within(Evaluate { generator, at, vertices, out })
     }
 
     #[inline(always)]
     fn linearised_block<G: Generator>(
         &self,
         generator: &G,
-        weights: Weights<'_>,
+        at: At<'_>,
         block: usize,
         jacobian: &mut [[f32; NUMBERS]],
     ) -> Option<Block> {
-        self.within(LinearisedBlock { generator, weights, block, jacobian })
+        self.within(LinearisedBlock { generator, at, block, jacobian })
     }
 
     #[inline(always)]
     fn linearised_vertex<G: Generator>(
         &self,
         generator: &G,
-        weights: Weights<'_>,
+        at: At<'_>,
         vertex: usize,
         jacobian: &mut [[f32; 3]],
     ) -> Option<[f32; 3]> {
-        self.within(|| generator.linearised_vertex_unchecked(weights, vertex, jacobian))
+        self.within(|| generator.linearised_vertex_unchecked(at, vertex, jacobian))
     }
 
     #[inline(always)]
     fn prepared<'w>(
         &self,
-        generator: &Bilinear<'_>,
+        generator: &AnyGenerator<'w>,
         fixed: Mode,
         weights: &[f32],
         blocks: Range<usize>,
         workspace: &'w mut [f32],
-    ) -> Result<Prepared<'w>, Error> {
+    ) -> Result<AnyPrepared<'w, 'w>, Error> {
         self.within(Preparation { generator, fixed, weights, blocks, workspace })
     }
 

@@ -9,7 +9,8 @@
 //! | `models.txt` | model files, used by the others |
 //! | `generator.txt` | evaluation by ranges, derivatives, prepared forms |
 //! | `fit.txt` | normal equations, priors, fits |
-//! | `solve.txt` | Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt |
+//! | `solve.txt` | Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt; QR, least squares, 3 x 3 SVD, measures of isometry, L-BFGS-B |
+//! | `bodies.txt` | all of these for linear and skinned models in every storage, and for bilinear ones in half precision and bytes |
 //! | `files.txt` | what model files hold, and what is refused |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -34,7 +35,7 @@ pub struct Vectors<'t> {
     /// Model files that the cases name.
     pub models: &'t str,
     /// Name and text of each file of cases.
-    pub files: [(&'t str, &'t str); 4],
+    pub files: [(&'t str, &'t str); 5],
 }
 
 /// The committed vectors.
@@ -44,6 +45,7 @@ pub const VECTORS: Vectors<'static> = Vectors {
         ("generator.txt", include_str!("../vectors/generator.txt")),
         ("fit.txt", include_str!("../vectors/fit.txt")),
         ("solve.txt", include_str!("../vectors/solve.txt")),
+        ("bodies.txt", include_str!("../vectors/bodies.txt")),
         ("files.txt", include_str!("../vectors/files.txt")),
     ],
 };

@@ -6,7 +6,7 @@ use habitus_core::fit::{
     FitOptions, FitReport, Frame, Sample, SurfacePoint, fit_landmarks, fit_landmarks_req, fit_points, fit_points_req,
     normal_equations, normal_equations_req,
 };
-use habitus_core::format::{Gaussian, Mode, Model};
+use habitus_core::format::{Mode, Model};
 use habitus_core::generator::{Generator, Weights};
 use habitus_core::prior::Prior;
 use habitus_core::rotation::similarity::Similarity;
@@ -37,8 +37,11 @@ fn frame(number: u32) -> Frame {
     }
 }
 
-fn prior<'a>(number: u32, gaussian: Option<Gaussian<'a>>, factor: f32) -> Prior<'a> {
-    match (number, gaussian) {
+fn prior<'a>(number: u32, model: &Model<'a>, mode: Mode, factor: f32) -> Prior<'a> {
+    if let (3, Some((lower, upper))) = (number, model.pose_bounds()) {
+        return Prior::Bounds(lower, upper);
+    }
+    match (number, model.gaussian(mode)) {
         (1, Some(gaussian)) => Prior::Gaussian(gaussian, factor),
         (2, Some(gaussian)) => Prior::Box(gaussian, factor),
         _ => Prior::None,
@@ -49,8 +52,8 @@ fn options<'a>(problem: &Problem, model: &Model<'a>) -> FitOptions<'a> {
     FitOptions {
         frame: frame(problem.frame),
         place: problem.place,
-        identity_prior: prior(problem.prior, model.gaussian(Mode::Identity), problem.factor),
-        pose_prior: prior(problem.prior, model.gaussian(Mode::Pose), problem.factor),
+        identity_prior: prior(problem.prior, model, Mode::Identity, problem.factor),
+        pose_prior: prior(problem.prior, model, Mode::Pose, problem.factor),
         noise: problem.factor,
         limits: Limits { max_iterations: problem.max_iterations, ..Limits::default() },
     }
@@ -84,7 +87,7 @@ unsafe fn points(problem: Problem) -> Result<FitReport, Error> {
     let samples = samples.get(..numbers.len()).ok_or(Error::Empty)?;
     fit_points_req(identity.len(), pose.len(), options.frame).check(workspace.len())?;
     let mut placement = Similarity::IDENTITY;
-    fit_points(&model.bilinear()?, samples, &options, identity, pose, &mut placement, workspace)
+    fit_points(&model.generator()?, samples, &options, identity, pose, &mut placement, workspace)
 }
 
 #[unsafe(no_mangle)]
@@ -109,7 +112,7 @@ unsafe fn landmarks(problem: Problem) -> Result<FitReport, Error> {
     let targets = targets.get(..numbers.len()).ok_or(Error::Empty)?;
     fit_landmarks_req(identity.len(), pose.len(), options.frame).check(workspace.len())?;
     let mut placement = Similarity::IDENTITY;
-    fit_landmarks(&model, &model.bilinear()?, targets, &options, identity, pose, &mut placement, workspace)
+    fit_landmarks(&model, &model.generator()?, targets, &options, identity, pose, &mut placement, workspace)
 }
 
 #[unsafe(no_mangle)]
@@ -122,7 +125,7 @@ unsafe fn equations(problem: Problem) -> Result<f32, Error> {
     // SAFETY: the caller's promise.
     let model = Model::open(unsafe { problem.bytes.slice() })?;
     let frame = frame(problem.frame);
-    let generator = model.bilinear()?;
+    let generator = model.generator()?;
     // SAFETY: the caller's promise.
     let (identity, pose, workspace) =
         unsafe { (problem.identity.slice(), problem.pose.slice(), problem.workspace.slice()) };

@@ -29,7 +29,7 @@ fn contents(model: &Model<'_>, index: usize) -> i32 {
         sum += indices.iter().rev().map(|index| index as usize).sum::<usize>() + indices.len();
         sum += indices.part(index, 3).and_then(|part| part.get(1)).unwrap_or(0) as usize;
     }
-    for lines in [model.landmark_names(), model.pose_names()].into_iter().flatten() {
+    for lines in [model.landmark_names(), model.pose_names(), model.joint_names()].into_iter().flatten() {
         sum += lines.iter().map(str::len).sum::<usize>() + lines.get(index).map_or(0, str::len);
     }
     sum += model.provenance().map_or(0, str::len);
@@ -42,6 +42,12 @@ fn contents(model: &Model<'_>, index: usize) -> i32 {
         }
         total += model.spectrum(mode).map_or(0.0, |floats| floats.iter().sum());
     }
+    if let Some((lower, upper)) = model.pose_bounds() {
+        total += lower.iter().chain(upper.iter()).sum::<f32>();
+    }
+    total += model.quantisation_error().map_or(0.0, |errors| errors.iter().sum());
+    sum += model.skeleton().map_or(0, |skeleton| skeleton.n_joints() + skeleton.pose_dim());
+    sum += model.element().bytes();
     for floats in [model.pose_starts(), model.remainder()].into_iter().flatten() {
         total += floats.iter().sum::<f32>();
     }

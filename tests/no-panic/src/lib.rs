@@ -17,10 +17,13 @@ mod error;
 mod fit;
 mod format;
 mod generator;
+mod isometry;
 mod linalg;
 mod memory;
+mod quantise;
 mod rotation;
 mod solve;
+mod wavelet;
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo<'_>) -> ! {

@@ -15,11 +15,11 @@ pub struct Bilinear {
 
 /// Value and derivatives of one vertex.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Linearised {
+pub struct Linearised<R = f32> {
     /// Position.
-    pub value: [f32; 3],
+    pub value: [R; 3],
     /// By the identity weights, then by the pose weights.
-    pub derivatives: Vec<[f32; 3]>,
+    pub derivatives: Vec<[R; 3]>,
 }
 
 fn plus_scaled(sum: [f32; 3], weight: f32, term: [f32; 3]) -> [f32; 3] {

@@ -1,7 +1,7 @@
 //! Weights and placement from points.
 
 use super::Refusal;
-use super::bilinear::Bilinear;
+use super::generator::Generator;
 use super::levenberg_marquardt::{Bounds, Equations, Limits, Problem, minimum};
 use super::normal_equations::{Frame, Sample, equations, linearised};
 use super::placement::Placement;
@@ -36,7 +36,7 @@ pub struct Fit {
 
 /// Fits from the given weights and placement.
 pub fn fit(
-    model: &Bilinear,
+    model: &dyn Generator,
     samples: &[Option<Sample>],
     options: &Options<'_>,
     identity: &[f32],
@@ -92,7 +92,7 @@ pub fn fit(
 
 /// Variables are identity weights, pose weights, motions from the accepted placement.
 struct Fitting<'a> {
-    model: &'a Bilinear,
+    model: &'a dyn Generator,
     samples: &'a [Option<Sample>],
     options: &'a Options<'a>,
     identity_dim: usize,

@@ -11,13 +11,25 @@ pub mod bilinear;
 pub mod cholesky;
 pub mod eigen;
 pub mod fit;
+pub mod generator;
+pub mod isometry;
+pub mod lbfgsb;
 pub mod levenberg_marquardt;
+pub mod linear;
 pub mod model_file;
 pub mod normal_equations;
 pub mod number;
 pub mod placement;
 pub mod prior;
 pub mod procrustes;
+pub mod qr;
+pub mod quaternion;
+pub mod skeleton;
+pub mod skin_file;
+pub mod skinned;
+pub mod storage;
+pub mod stored_bilinear;
+pub mod svd3;
 
 /// What a kernel refuses: code of the error and its two numbers (zero where it has fewer).
 pub type Refusal = [u32; 3];

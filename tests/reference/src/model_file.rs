@@ -52,17 +52,37 @@ pub fn crc32(bytes: impl IntoIterator<Item = u8>) -> u32 {
     !crc
 }
 
-fn floats(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+pub(crate) fn floats(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
     values.into_iter().flat_map(f32::to_le_bytes).collect()
 }
 
-fn integers(values: impl IntoIterator<Item = u32>) -> Vec<u8> {
+pub(crate) fn integers(values: impl IntoIterator<Item = u32>) -> Vec<u8> {
     values.into_iter().flat_map(u32::to_le_bytes).collect()
 }
 
-/// The sections of a model.
+/// What the header says.
+#[derive(Debug, Clone, Copy)]
+#[allow(missing_docs)]
+pub struct Head {
+    /// 1 bilinear, 2 linear, 3 skinned.
+    pub kind: u32,
+    pub n: usize,
+    pub identity_dim: usize,
+    pub pose_dim: usize,
+    /// 1 identity-linear, 2 pose-linear or corrective terms, 4 dual quaternions.
+    pub flags: u32,
+}
+
+/// The sections of a bilinear model.
 pub fn sections(model: &Bilinear, extras: &Extras) -> Vec<Section> {
     let mut sections = vec![coefficients(model)];
+    sections.extend(extra_sections(extras));
+    sections
+}
+
+/// The sections that models of every kind may have.
+pub fn extra_sections(extras: &Extras) -> Vec<Section> {
+    let mut sections = Vec::new();
     let mut push = |id: u32, element: u32, shape: &[usize], bytes: Vec<u8>| {
         let shape = shape.iter().map(|&axis| axis as u32).collect();
         sections.push(Section { id, may_ignore: (14..=16).contains(&id), element, shape, bytes });
@@ -109,10 +129,20 @@ fn coefficients(model: &Bilinear) -> Section {
     Section { id: 1, may_ignore: false, element: 3, shape, bytes: floats(values) }
 }
 
-/// The bytes of the file.
-pub fn bytes(model: &Bilinear, sections: &[Section]) -> Vec<u8> {
+/// The header of a bilinear model.
+pub fn head(model: &Bilinear) -> Head {
     let (identity_dim, pose_dim) = model.dims();
     let flags = u32::from(model.identity_linear.is_some()) + 2 * u32::from(model.pose_linear.is_some());
+    Head { kind: 1, n: model.n(), identity_dim, pose_dim, flags }
+}
+
+/// The bytes of the file of a bilinear model.
+pub fn bytes(model: &Bilinear, sections: &[Section]) -> Vec<u8> {
+    file(&head(model), sections)
+}
+
+/// The bytes of a file.
+pub fn file(head: &Head, sections: &[Section]) -> Vec<u8> {
     let mut table = Vec::new();
     let mut content = Vec::new();
     let table_end = 64 + 64 * sections.len();
@@ -131,8 +161,8 @@ pub fn bytes(model: &Bilinear, sections: &[Section]) -> Vec<u8> {
     let mut file = b"\x89HAB\r\n\x1a\n".to_vec();
     file.extend(integers([1, 64]));
     file.extend(((table_end + content.len()) as u64).to_le_bytes());
-    let counts = [1, sections.len() as u32, model.n() as u32, identity_dim as u32, pose_dim as u32, flags];
-    file.extend(integers(counts));
+    let [n, identity_dim, pose_dim] = [head.n, head.identity_dim, head.pose_dim].map(|count| count as u32);
+    file.extend(integers([head.kind, sections.len() as u32, n, identity_dim, pose_dim, head.flags]));
     file.extend(integers([1, 1, 0]));
     let crc = crc32(file.iter().chain(&table).copied());
     file.extend(crc.to_le_bytes());

@@ -1,6 +1,6 @@
 //! Normal equations from the whole Jacobian, row by row.
 
-use super::bilinear::Bilinear;
+use super::generator::Generator;
 use super::levenberg_marquardt::Equations;
 use super::placement::Placement;
 
@@ -32,7 +32,7 @@ impl Frame {
 }
 
 /// Position and derivatives of a sample's point.
-pub fn linearised(model: &Bilinear, x: &[f32], y: &[f32], sample: &Sample) -> ([f32; 3], Vec<[f32; 3]>) {
+pub fn linearised(model: &dyn Generator, x: &[f32], y: &[f32], sample: &Sample) -> ([f32; 3], Vec<[f32; 3]>) {
     let mut position = [0.0f32; 3];
     let mut derivatives = vec![[0.0f32; 3]; x.len() + y.len()];
     for (&corner, &part) in sample.corners.iter().zip(&sample.barycentric) {
@@ -52,7 +52,7 @@ pub fn linearised(model: &Bilinear, x: &[f32], y: &[f32], sample: &Sample) -> ([
 
 /// Energy, `J^T J`, `J^T r` of the samples; `None` stands for a sample that is left out.
 pub fn equations(
-    model: &Bilinear,
+    model: &dyn Generator,
     x: &[f32],
     y: &[f32],
     samples: &[Option<Sample>],

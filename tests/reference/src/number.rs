@@ -23,13 +23,14 @@ pub trait Number:
     fn to_f64(self) -> f64;
     fn sqrt(self) -> Self;
     fn sin(self) -> Self;
+    fn cos(self) -> Self;
     fn exp(self) -> Self;
     fn magnitude(self) -> Self;
     fn is_finite(self) -> bool;
 }
 
 macro_rules! number {
-    ($t:ident, $sqrt:ident, $sin:ident, $exp:ident, $digits:literal) => {
+    ($t:ident, $sqrt:ident, $sin:ident, $cos:ident, $exp:ident, $digits:literal) => {
         impl Number for $t {
             const EPSILON: Self = $t::EPSILON;
             fn hexadecimal(self) -> String {
@@ -47,6 +48,9 @@ macro_rules! number {
             fn sin(self) -> Self {
                 libm::$sin(self)
             }
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
             fn exp(self) -> Self {
                 libm::$exp(self)
             }
@@ -60,8 +64,25 @@ macro_rules! number {
     };
 }
 
-number!(f32, sqrtf, sinf, expf, "{:08x}");
-number!(f64, sqrt, sin, exp, "{:016x}");
+number!(f32, sqrtf, sinf, cosf, expf, "{:08x}");
+number!(f64, sqrt, sin, cos, exp, "{:016x}");
+
+/// The largest power of two that is at most a magnitude; zero for zero.
+pub fn binade<R: Number>(magnitude: R) -> R {
+    let (one, two) = (R::of(1.0), R::of(2.0));
+    if !(magnitude > R::of(0.0)) {
+        return magnitude;
+    }
+    let mut power = one;
+    while power > magnitude {
+        power = power / two;
+    }
+    // Halved, so that nothing overflows.
+    while power <= magnitude / two {
+        power = power * two;
+    }
+    power
+}
 
 /// The larger of two numbers that are not NaN.
 pub fn larger<R: Number>(a: R, b: R) -> R {

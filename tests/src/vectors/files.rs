@@ -15,10 +15,9 @@ pub fn text(models: &Models) -> String {
     file.text()
 }
 
-fn opened(file: &mut File, model: &Model) {
-    let (di, dp) = model.generator.dims();
-    let flags =
-        u32::from(model.generator.identity_linear.is_some()) + 2 * u32::from(model.generator.pose_linear.is_some());
+pub fn opened(file: &mut File, model: &Model) {
+    let head = &model.head;
+    let [n, di, dp] = [head.n, head.identity_dim, head.pose_dim].map(|count| count as u32);
     let sections = model.sections.iter().flat_map(|section| {
         let mut shape = section.shape.clone();
         shape.resize(4, 1);
@@ -27,7 +26,7 @@ fn opened(file: &mut File, model: &Model) {
     });
     let mut case = file.case("open", &model.name);
     case.word("model", &model.name)
-        .integers("header", [1, model.generator.n() as u32, di as u32, dp as u32, flags])
+        .integers("header", [head.kind, n, di, dp, head.flags])
         .integers("sections", sections);
     for (key, gaussian) in [("identity_gaussian", &model.extras.identity), ("pose_gaussian", &model.extras.pose)] {
         if let Some(Gaussian { mean, scale, precision }) = gaussian {
@@ -36,6 +35,8 @@ fn opened(file: &mut File, model: &Model) {
     }
     if !model.extras.landmarks.is_empty() {
         case.integers("landmarks", model.extras.landmarks.iter().copied());
+    }
+    if !model.extras.faces.is_empty() {
         case.integers("faces", model.extras.faces.iter().flatten().copied());
     }
 }
@@ -103,7 +104,7 @@ fn refusals(file: &mut File, model: &Model) {
 }
 
 /// The changes, and those of every checksum that they need.
-fn forged(model: &Model, changes: &[(usize, u8)]) -> Vec<(usize, u8)> {
+pub fn forged(model: &Model, changes: &[(usize, u8)]) -> Vec<(usize, u8)> {
     let mut bytes = model.bytes.clone();
     for &(position, value) in changes {
         bytes[position] = value;
@@ -123,7 +124,7 @@ fn forged(model: &Model, changes: &[(usize, u8)]) -> Vec<(usize, u8)> {
     (0..bytes.len()).filter(differs).map(|k| (k, bytes[k])).collect()
 }
 
-fn patched(file: &mut File, model: &Model, name: &str, patch: &[(usize, u8)], refusal: [u32; 3]) {
+pub fn patched(file: &mut File, model: &Model, name: &str, patch: &[(usize, u8)], refusal: [u32; 3]) {
     let words = patch.iter().flat_map(|(position, value)| [position.to_string(), format!("{value:02x}")]);
     file.case("open", name).word("model", &model.name).words("patch", words).error(refusal);
 }

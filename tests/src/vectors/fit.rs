@@ -45,7 +45,7 @@ pub fn text(models: &Models) -> String {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Kind {
+pub enum Kind {
     Vertices,
     Barycentric,
     Normals,
@@ -54,7 +54,7 @@ enum Kind {
 }
 
 #[derive(Debug, Clone, Copy)]
-enum Order {
+pub enum Order {
     /// Vertices side by side: runs in one block.
     Runs,
     Scattered,
@@ -122,10 +122,10 @@ fn placement() -> Placement<f32> {
     Placement { scale: 1.125, rotation: rotation_matrix([0.25, -0.5, 0.125]), translation: [12.0, -34.0, 56.0] }
 }
 
-fn normal_equations(file: &mut File, model: &Model, count: usize, kind: Kind, order: Order, frame: Frame) {
+pub fn normal_equations(file: &mut File, model: &Model, count: usize, kind: Kind, order: Order, frame: Frame) {
     let (x, y) = weights(model);
     let samples = samples(model, count, kind, order);
-    let (energy, jtj, jtr) = equations(&model.generator, &x, &y, &samples, &placement(), frame);
+    let (energy, jtj, jtr) = equations(model.generator.as_ref(), &x, &y, &samples, &placement(), frame);
     let name = format!("{}_{count}_{}_{}_{}", model.name, word(kind), word(order), word(frame));
     let mut case = start(file, "normal_equations", model, &name, &x, &y, frame, &placement());
     sample_fields(&mut case, &samples);
@@ -233,6 +233,76 @@ fn priors(file: &mut File, model: &Model) {
     }
 }
 
+/// Targets at every vertex: a shape of the model, moved, with noise.
+fn everywhere(model: &Model, kind: Kind) -> Vec<Option<Sample>> {
+    let (x, y) = weights(model);
+    let mut samples = samples(model, model.generator.n(), kind, Order::Runs);
+    let mut stream = Stream::of("noise");
+    for sample in samples.iter_mut().flatten() {
+        let mut position = [0.0f32; 3];
+        for (&corner, &part) in sample.corners.iter().zip(&sample.barycentric) {
+            let value = model.generator.value(&x, &y, corner as usize);
+            position = [0, 1, 2].map(|k| position[k] + part * value[k]);
+        }
+        let (there, noise) = (placement().applied(position), stream.point::<f32>(1.5));
+        sample.target = [0, 1, 2].map(|k| there[k] + noise[k]);
+    }
+    samples
+}
+
+fn options<'a>(
+    frame: Frame,
+    place: bool,
+    identity_prior: Prior<'a>,
+    pose_prior: Prior<'a>,
+    max_iterations: u32,
+) -> Options<'a> {
+    let limits = Limits { max_iterations, relative_decrease: f32::EPSILON * 16.0, damping: 1e-3 };
+    Options { frame, place, identity_prior, pose_prior, noise: 1.5, limits }
+}
+
+fn fitted(
+    file: &mut File,
+    model: &Model,
+    name: &str,
+    samples: &[Option<Sample>],
+    options: &Options<'_>,
+    [x0, y0]: [&[f32]; 2],
+    from: &Placement<f32>,
+) {
+    let mut case = start(file, "fit_points", model, name, x0, y0, options.frame, from);
+    sample_fields(&mut case, samples);
+    option_fields(&mut case, options);
+    result_fields(&mut case, fit(model.generator.as_ref(), samples, options, x0, y0, from));
+}
+
+/// Fits of a model of another kind, with what priors it has, to points and to its landmarks.
+pub fn few_fits(file: &mut File, model: &Model) {
+    let (di, dp) = model.generator.dims();
+    let (x0, y0) = (vec![0.0; di], vec![0.0; dp]);
+    let prior = |gaussian: &'static str| match gaussian {
+        "identity" => model.extras.identity.as_ref(),
+        _ => model.extras.pose.as_ref(),
+    };
+    let gaussian = |of| prior(of).map_or(Prior::None, |gaussian| Prior::Gaussian(gaussian, 1.0));
+    let boxed = |of| prior(of).map_or(Prior::None, |gaussian| Prior::Box(gaussian, 1.5));
+    let (vertices, mixed) = (everywhere(model, Kind::Vertices), everywhere(model, Kind::Mixed));
+    let few: Vec<Option<Sample>> = vertices.iter().step_by(3).cloned().collect();
+    for (what, samples, options, from) in [
+        (
+            "placed",
+            &few,
+            options(Frame::Similarity, true, gaussian("identity"), gaussian("pose"), 50),
+            Placement::identity(),
+        ),
+        ("mixed_box", &mixed, options(Frame::Rigid, false, boxed("identity"), boxed("pose"), 6), placement()),
+    ] {
+        fitted(file, model, &format!("{}_{what}", model.name), samples, &options, [&x0, &y0], &from);
+    }
+    let options = options(Frame::Rigid, true, gaussian("identity"), gaussian("pose"), 50);
+    landmark_fits(file, model, &format!("{}_", model.name), &vertices, &options);
+}
+
 /// Fits to a shape of the model, moved, with noise.
 fn fits(file: &mut File, model: &Model) {
     let (identity, pose) = gaussians(model);
@@ -240,32 +310,9 @@ fn fits(file: &mut File, model: &Model) {
     let none = Prior::None;
     let (gaussian_x, gaussian_y) = (Prior::Gaussian(identity, 1.0), Prior::Gaussian(pose, 1.0));
     let (box_x, box_y) = (Prior::Box(identity, 1.5), Prior::Box(pose, 0.5));
-    let limits = |max_iterations| Limits { max_iterations, relative_decrease: f32::EPSILON * 16.0, damping: 1e-3 };
-    let options = |frame, place, identity_prior, pose_prior, iterations| Options {
-        frame,
-        place,
-        identity_prior,
-        pose_prior,
-        noise: 1.5,
-        limits: limits(iterations),
-    };
-    let everywhere = |kind| {
-        let mut samples = samples(model, 45, kind, Order::Runs);
-        let mut stream = Stream::of("noise");
-        for sample in samples.iter_mut().flatten() {
-            let mut position = [0.0f32; 3];
-            for (&corner, &part) in sample.corners.iter().zip(&sample.barycentric) {
-                let value = model.generator.value(&x, &y, corner as usize);
-                position = [0, 1, 2].map(|k| position[k] + part * value[k]);
-            }
-            let (there, noise) = (placement().applied(position), stream.point::<f32>(1.5));
-            sample.target = [0, 1, 2].map(|k| there[k] + noise[k]);
-        }
-        samples
-    };
     let close = placement();
-    let vertices = everywhere(Kind::Vertices);
-    let mixed = everywhere(Kind::Mixed);
+    let vertices = everywhere(model, Kind::Vertices);
+    let mixed = everywhere(model, Kind::Mixed);
     let few: Vec<Option<Sample>> = vertices.iter().step_by(3).cloned().collect();
     for (name, samples, options, from) in [
         ("placed", &vertices, options(Frame::Similarity, true, none, none, 50), Placement::identity()),
@@ -276,10 +323,7 @@ fn fits(file: &mut File, model: &Model) {
         ("far_start", &few, options(Frame::Rigid, false, gaussian_x, gaussian_y, 50), Placement::identity()),
     ] {
         let (x0, y0) = (vec![0.0; x.len()], vec![0.0; y.len()]);
-        let mut case = start(file, "fit_points", model, name, &x0, &y0, options.frame, &from);
-        sample_fields(&mut case, samples);
-        option_fields(&mut case, &options);
-        result_fields(&mut case, fit(&model.generator, samples, &options, &x0, &y0, &from));
+        fitted(file, model, name, samples, &options, [&x0, &y0], &from);
     }
     let (x0, y0) = (vec![0.0; x.len()], vec![0.0; y.len()]);
     for (name, samples, noise, placement, refusal) in [
@@ -293,11 +337,11 @@ fn fits(file: &mut File, model: &Model) {
         option_fields(&mut case, &options);
         case.error(refusal);
     }
-    landmark_fits(file, model, &vertices, &options(Frame::Similarity, true, gaussian_x, gaussian_y, 50));
-    landmark_fits(file, model, &vertices, &options(Frame::Rigid, true, box_x, gaussian_y, 50));
+    landmark_fits(file, model, "", &vertices, &options(Frame::Similarity, true, gaussian_x, gaussian_y, 50));
+    landmark_fits(file, model, "", &vertices, &options(Frame::Rigid, true, box_x, gaussian_y, 50));
 }
 
-fn landmark_fits(file: &mut File, model: &Model, vertices: &[Option<Sample>], options: &Options<'_>) {
+fn landmark_fits(file: &mut File, model: &Model, prefix: &str, vertices: &[Option<Sample>], options: &Options<'_>) {
     let (di, dp) = model.generator.dims();
     let (x0, y0) = (vec![0.0; di], vec![0.0; dp]);
     let place = Placement::identity();
@@ -313,13 +357,13 @@ fn landmark_fits(file: &mut File, model: &Model, vertices: &[Option<Sample>], op
                 (!missing || k % 4 != 1).then_some(sample)
             })
             .collect();
-        let name = format!("{}_{}", word(options.frame), if missing { "some_missing" } else { "all" });
+        let name = format!("{prefix}{}_{}", word(options.frame), if missing { "some_missing" } else { "all" });
         let mut case = start(file, "fit_landmarks", model, &name, &x0, &y0, options.frame, &place);
         let targets: Vec<[f32; 3]> = samples.iter().map(|s| s.as_ref().map_or([0.0; 3], |s| s.target)).collect();
         case.integers("kinds", samples.iter().map(|sample| u32::from(sample.is_some())))
             .numbers("targets", targets.iter().flatten());
         option_fields(&mut case, options);
-        result_fields(&mut case, fit(&model.generator, &samples, options, &x0, &y0, &place));
+        result_fields(&mut case, fit(model.generator.as_ref(), &samples, options, &x0, &y0, &place));
     }
 }
 

@@ -3,7 +3,7 @@
 use super::models::{Model, Models};
 use super::stream::Stream;
 use super::text::{Case, File};
-use crate::reference::bilinear::{Linearised, value_of_prepared};
+use crate::reference::bilinear::Linearised;
 
 pub fn text(models: &Models) -> String {
     let mut file = File::new("Evaluation by ranges, derivatives, prepared forms.");
@@ -42,13 +42,13 @@ pub fn weights(model: &Model) -> (Vec<f32>, Vec<f32>) {
     (stream.numbers(di, 1.5), stream.numbers(dp, 1.5))
 }
 
-fn start<'f>(file: &'f mut File, kernel: &str, model: &Model, what: &str, x: &[f32], y: &[f32]) -> Case<'f> {
+pub fn start<'f>(file: &'f mut File, kernel: &str, model: &Model, what: &str, x: &[f32], y: &[f32]) -> Case<'f> {
     let mut case = file.case(kernel, &format!("{}_{what}", model.name));
     case.word("model", &model.name).numbers("identity", x).numbers("pose", y);
     case
 }
 
-fn evaluate(file: &mut File, model: &Model) {
+pub fn evaluate(file: &mut File, model: &Model) {
     let n = model.generator.n();
     let (x, y) = weights(model);
     let shape: Vec<f32> = (0..n).flat_map(|v| model.generator.value(&x, &y, v)).collect();
@@ -69,17 +69,17 @@ fn evaluate(file: &mut File, model: &Model) {
     }
 }
 
-/// Numbers of a block from its vertices: x of 16 vertices, then y, then z; zero behind the last vertex.
-fn block(n: usize, block: usize, point: impl Fn(usize) -> [f32; 3]) -> Vec<f32> {
+/// Numbers of a block from its vertices: x of 16 vertices, then y, then z; zero behind the last vertex that has numbers.
+fn block(lanes: usize, block: usize, point: impl Fn(usize) -> [f32; 3]) -> Vec<f32> {
     let lane = |axis: usize, lane: usize| {
         let vertex = 16 * block + lane;
-        if vertex < n { point(vertex)[axis] } else { 0.0 }
+        if vertex < lanes { point(vertex)[axis] } else { 0.0 }
     };
     (0..3).flat_map(|axis| (0..16).map(move |k| (axis, k))).map(|(axis, k)| lane(axis, k)).collect()
 }
 
-fn linearised_block(file: &mut File, model: &Model, index: usize) {
-    let (n, (x, y)) = (model.generator.n(), weights(model));
+pub fn linearised_block(file: &mut File, model: &Model, index: usize) {
+    let (n, (x, y)) = (model.generator.lanes(), weights(model));
     let values = block(n, index, |v| model.generator.value(&x, &y, v));
     let jacobian: Vec<f32> = (0..x.len() + y.len())
         .flat_map(|k| block(n, index, |v| model.generator.linearised(&x, &y, v).derivatives[k]))
@@ -90,7 +90,7 @@ fn linearised_block(file: &mut File, model: &Model, index: usize) {
         .numbers("jacobian", &jacobian);
 }
 
-fn linearised_vertex(file: &mut File, model: &Model, vertex: usize) {
+pub fn linearised_vertex(file: &mut File, model: &Model, vertex: usize) {
     let (x, y) = weights(model);
     let Linearised { value, derivatives } = model.generator.linearised(&x, &y, vertex);
     start(file, "linearised_vertex", model, &format!("vertex_{vertex}"), &x, &y)
@@ -99,20 +99,23 @@ fn linearised_vertex(file: &mut File, model: &Model, vertex: usize) {
         .numbers("jacobian", derivatives.iter().flatten());
 }
 
-fn prepared(file: &mut File, model: &Model, identity_fixed: bool, from: usize, to: usize) {
+pub fn prepared(file: &mut File, model: &Model, identity_fixed: bool, from: usize, to: usize) {
     let (x, y) = weights(model);
     let (fixed, free) = if identity_fixed { ("identity", &y) } else { ("pose", &x) };
-    let vertices = 16 * from..model.generator.n().min(16 * to);
-    let forms: Vec<Linearised> = vertices
-        .map(|v| if identity_fixed { model.generator.with_identity(&x, v) } else { model.generator.with_pose(&y, v) })
-        .collect();
-    let n = forms.len();
-    let shape: Vec<f32> = forms.iter().flat_map(|form| value_of_prepared(form, free)).collect();
+    let generator = &model.generator;
+    let first = 16 * from;
+    let form = |v: usize| match identity_fixed {
+        true => generator.identity_fixed(&x, &y, first + v),
+        false => generator.pose_fixed(&x, &y, first + v),
+    };
+    let forms: Vec<Linearised> = (0..generator.lanes().min(16 * to) - first).map(form).collect();
+    let n = generator.n().min(16 * to) - first;
+    let shape: Vec<f32> = forms[..n].iter().flat_map(|form| form.value).collect();
     let (mut values, mut jacobian) = (Vec::new(), Vec::new());
     for index in 0..to - from {
-        values.extend(block(n, index, |v| value_of_prepared(&forms[v], free)));
+        values.extend(block(forms.len(), index, |v| forms[v].value));
         for k in 0..free.len() {
-            jacobian.extend(block(n, index, |v| forms[v].derivatives[k]));
+            jacobian.extend(block(forms.len(), index, |v| forms[v].derivatives[k]));
         }
     }
     start(file, "prepared", model, &format!("{fixed}_fixed"), &x, &y)

@@ -3,14 +3,19 @@
 // Indices are what the formulas are written in.
 #![allow(clippy::needless_range_loop)]
 
+mod bodies;
+mod body_models;
 mod files;
 mod fit;
 mod generator;
+mod lbfgsb;
+mod linalg;
 mod models;
 mod solve;
 mod stream;
 mod text;
 
+pub use body_models::{Shape, skinned};
 use models::Models;
 pub use stream::Stream;
 
@@ -22,6 +27,7 @@ pub fn written() -> Vec<(&'static str, String)> {
         ("generator.txt", generator::text(&models)),
         ("fit.txt", fit::text(&models)),
         ("solve.txt", solve::text()),
+        ("bodies.txt", bodies::text(&models)),
         ("files.txt", files::text(&models)),
     ]
 }

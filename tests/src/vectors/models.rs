@@ -3,7 +3,8 @@
 use super::stream::Stream;
 use super::text::File;
 use crate::reference::bilinear::Bilinear;
-use crate::reference::model_file::{Extras, Section, bytes, sections};
+use crate::reference::generator::Generator;
+use crate::reference::model_file::{Extras, Head, Section, file, head, sections};
 use crate::reference::prior::Gaussian;
 
 /// Numbers of vertices.
@@ -12,15 +13,30 @@ pub const COUNTS: [usize; 7] = [1, 15, 16, 17, 47, 48, 49];
 /// A model and its file.
 pub struct Model {
     pub name: String,
-    pub generator: Bilinear,
+    pub generator: Box<dyn Generator>,
+    pub head: Head,
     pub extras: Extras,
     pub sections: Vec<Section>,
     pub bytes: Vec<u8>,
 }
 
+impl Model {
+    pub fn new(
+        name: String,
+        generator: Box<dyn Generator>,
+        head: Head,
+        sections: Vec<Section>,
+        extras: Extras,
+    ) -> Self {
+        let bytes = file(&head, &sections);
+        Model { name, generator, head, extras, sections, bytes }
+    }
+}
+
 /// All models.
 pub struct Models {
     all: Vec<Model>,
+    bodies: Vec<Model>,
 }
 
 impl Models {
@@ -44,20 +60,26 @@ impl Models {
             provenance: "numbers of a stream, for the golden vectors".into(),
         };
         all.push(model("whole".into(), 45, [3, 2], [false, true], extras));
-        Models { all }
+        Models { all, bodies: super::body_models::bodies() }
     }
 
     pub fn named(&self, name: &str) -> &Model {
-        self.all.iter().find(|model| model.name == name).expect("a model of this name")
+        self.all.iter().chain(&self.bodies).find(|model| model.name == name).expect("a model of this name")
     }
 
+    /// Linear and skinned models, and those in half precision and bytes.
+    pub fn bodies(&self) -> impl Iterator<Item = &Model> {
+        self.bodies.iter()
+    }
+
+    /// The bilinear models in `f32`.
     pub fn iter(&self) -> impl Iterator<Item = &Model> {
         self.all.iter()
     }
 
     pub fn text(&self) -> String {
         let mut file = File::new("Model files that the cases name.");
-        for model in &self.all {
+        for model in self.all.iter().chain(&self.bodies) {
             file.case("model", &model.name).integer("length", model.bytes.len()).bytes("bytes", &model.bytes);
         }
         file.text()
@@ -74,12 +96,12 @@ fn model(name: String, n: usize, [di, dp]: [usize; 2], [identity, pose]: [bool; 
         bilinear: (0..di).map(|_| (0..dp).map(|_| term(10.0)).collect()).collect(),
     };
     let sections = sections(&generator, &extras);
-    let bytes = bytes(&generator, &sections);
-    Model { name, generator, extras, sections, bytes }
+    let head = head(&generator);
+    Model::new(name, Box::new(generator), head, sections, extras)
 }
 
 /// A Gaussian with a dominant diagonal.
-fn gaussian(name: &str, d: usize) -> Gaussian {
+pub fn gaussian(name: &str, d: usize) -> Gaussian {
     let mut stream = Stream::of(name);
     let mean = stream.numbers(d, 0.25);
     let scale = (0..d).map(|_| 0.5 + stream.number::<f32>(0.25)).collect();

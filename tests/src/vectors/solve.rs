@@ -2,15 +2,20 @@
 
 use super::stream::Stream;
 use super::text::File;
+use super::{lbfgsb, linalg};
 use crate::reference::levenberg_marquardt::{Bounds, Equations, Limits, Problem, minimum};
 use crate::reference::number::Number;
 use crate::reference::placement::{Placement, rotation_matrix};
 use crate::reference::{cholesky, eigen, procrustes};
 
 pub fn text() -> String {
-    let mut file = File::new("Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt.");
+    let mut file = File::new(
+        "Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt; QR, least squares, 3 x 3 SVD, measures of isometry; L-BFGS-B.",
+    );
     kernels::<f32>(&mut file, "f32");
     kernels::<f64>(&mut file, "f64");
+    linalg::cases(&mut file);
+    lbfgsb::cases(&mut file);
     file.text()
 }
 

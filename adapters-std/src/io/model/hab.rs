@@ -2,11 +2,12 @@
 
 use std::path::Path;
 
-use habitus_core::format::{self, ElementType, Header, Model, SectionId, SectionSource};
+use habitus_core::format::{self, ElementType, Header, Kind, Model, SectionId, SectionSource};
 use habitus_core::generator::LANES;
+use habitus_core::wavelet::Wavelet;
 use rayon::prelude::*;
 
-use super::source::ModelSource;
+use super::source::{Coefficients, ModelSource};
 use crate::io::atomic;
 use crate::{Error, Place};
 
@@ -100,16 +101,18 @@ fn sections(source: &ModelSource<'_>, header: &Header) -> Result<Vec<Section>, E
     let words = |values: &[u32]| -> Vec<u8> { values.iter().flat_map(|value| value.to_le_bytes()).collect() };
     let text = |lines: &[String]| lines.join("\n").into_bytes();
     let (identity, pose) = (header.identity_dim as usize, header.pose_dim as usize);
+    // A wavelet model has so many weights for each coefficient.
+    let each = if header.kind == Kind::Wavelet { header.n_vertices as usize } else { 1 };
     add(SectionId::Faces, &[source.faces.len(), 3], words(source.faces.as_flattened()))?;
     add(SectionId::Landmarks, &[source.landmarks.len()], words(&source.landmarks))?;
     let names = text(&source.landmark_names);
     add(SectionId::LandmarkNames, &[names.len()], names)?;
     add(SectionId::Mirror, &[source.mirror.len()], words(&source.mirror))?;
-    let (prior, d) = (&source.identity_prior, identity);
+    let (prior, d) = (&source.identity_prior, identity * each);
     add(SectionId::IdentityMean, &[d], floats(&prior.mean)?)?;
     add(SectionId::IdentityScale, &[d], floats(&prior.scale)?)?;
     add(SectionId::IdentityPrecision, &[d, d], floats(&symmetric(&prior.precision, d))?)?;
-    let (prior, d) = (&source.pose_prior, pose);
+    let (prior, d) = (&source.pose_prior, pose * each);
     add(SectionId::PoseMean, &[d], floats(&prior.mean)?)?;
     add(SectionId::PoseScale, &[d], floats(&prior.scale)?)?;
     add(SectionId::PosePrecision, &[d, d], floats(&symmetric(&prior.precision, d))?)?;
@@ -120,6 +123,16 @@ fn sections(source: &ModelSource<'_>, header: &Header) -> Result<Vec<Section>, E
     add(SectionId::PoseSpectrum, &[source.pose_spectrum.len()], spectrum(&source.pose_spectrum)?)?;
     let provenance = source.provenance.clone().into_bytes();
     add(SectionId::Provenance, &[provenance.len()], provenance)?;
+    if let Coefficients::Skinned(_, _, skin) = source.coefficients {
+        for (id, axes, bytes) in skin.sections()? {
+            add(id, &axes, bytes)?;
+        }
+    }
+    if let Coefficients::Wavelet(form) = source.coefficients {
+        let [width, height] = [form.grid.width(0), form.grid.height(0)].map(|size| size as u32);
+        let kind = if form.wavelet == Wavelet::Cubic { 0 } else { 1 };
+        add(SectionId::Grid, &[4], words(&[width, height, form.grid.levels() as u32, kind]))?;
+    }
     let n = header.n_vertices as usize;
     add(SectionId::Remainder, &[source.remainder.len() / (3 * n).max(1), n, 3], floats(&source.remainder)?)?;
     Ok(sections)
@@ -128,6 +141,13 @@ fn sections(source: &ModelSource<'_>, header: &Header) -> Result<Vec<Section>, E
 /// The terms block by block: 16 vertices side by side, x, then y, then z; lanes behind the last vertex are zero.
 fn coefficients(source: &ModelSource<'_>, header: &Header) -> Result<Section, Error> {
     let terms = source.coefficients.terms();
+    if terms.len() != header.n_terms() && header.kind == Kind::Wavelet
+        || terms.iter().any(|term| term.len() != 3 * header.n_vertices as usize)
+    {
+        return Err(Error::input(
+            "the terms of a model have not all the length of its mean, or are not as many as its weights ask for",
+        ));
+    }
     let (n, blocks) = (header.n_vertices as usize, header.n_blocks());
     let block_bytes = terms.len() * 3 * LANES * 4;
     let mut bytes = vec![0; blocks * block_bytes];
@@ -169,7 +189,6 @@ mod tests {
     use crate::face::bilinear_form::BilinearForm;
     use crate::face::hosvd::{HosvdOptions, ModeSize, hosvd};
     use crate::face::tensor::ShapeTensor;
-    use crate::io::model::Coefficients;
     use habitus_core::generator::{Generator, Weights};
 
     fn tensor() -> ShapeTensor {

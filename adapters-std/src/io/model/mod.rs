@@ -2,7 +2,11 @@
 
 pub mod hab;
 pub mod npz;
+mod quantise;
+mod skin;
 pub mod source;
 
 pub use hab::{file_len, opened, write};
-pub use source::{Coefficients, ModePrior, ModelSource};
+pub use quantise::{QuantisationError, quantise};
+pub use skin::{JointSource, SkinSource};
+pub use source::{Coefficients, LinearForm, ModePrior, ModelSource, WaveletForm};

@@ -3,7 +3,9 @@
 use crate::Error;
 use crate::face::bilinear_form::BilinearForm;
 use crate::face::multilinear::MultilinearModel;
+use crate::io::model::SkinSource;
 use habitus_core::format::{Header, Kind};
+use habitus_core::wavelet::{Grid, Wavelet};
 
 /// Coefficients of a bilinear generator, in either of its two forms.
 #[derive(Debug, Clone, Copy)]
@@ -12,6 +14,44 @@ pub enum Coefficients<'a> {
     Multilinear(&'a MultilinearModel),
     /// Equation 8.2 with both linear terms.
     Bilinear(&'a BilinearForm),
+    /// Equation 9.1: a mean and components.
+    Linear(LinearForm<'a>),
+    /// Equations 9.1 to 9.3: the rest shape, with corrective terms or none (nine for each joint), and what poses it.
+    Skinned(LinearForm<'a>, &'a [f64], &'a SkinSource),
+    /// Chapter 15: a local model for each coefficient of a wavelet transform.
+    Wavelet(WaveletForm<'a>),
+}
+
+/// Local models of the coefficients of a wavelet transform, in the order of their grid.
+#[derive(Debug, Clone, Copy)]
+pub struct WaveletForm<'a> {
+    /// The grid, whose nodes are the vertices.
+    pub grid: Grid,
+    /// Which wavelet.
+    pub wavelet: Wavelet,
+    /// Identity weights of each coefficient.
+    pub identity_dim: usize,
+    /// Pose weights of each coefficient.
+    pub pose_dim: usize,
+    /// Mean of each coefficient, three coordinates, mm.
+    pub mean: &'a [f64],
+    /// Bilinear terms, the pose weight fastest, each of as many coordinates as the mean.
+    pub core: &'a [f64],
+}
+
+/// A mean shape and components, `3 n_vertices` coordinates each.
+#[derive(Debug, Clone, Copy)]
+pub struct LinearForm<'a> {
+    /// Mean shape, mm.
+    pub mean: &'a [f64],
+    /// Displacement of a weight of 1, one component after another, mm.
+    pub components: &'a [f64],
+}
+
+impl LinearForm<'_> {
+    fn dim(&self) -> usize {
+        self.components.len() / self.mean.len().max(1)
+    }
 }
 
 impl Coefficients<'_> {
@@ -19,24 +59,37 @@ impl Coefficients<'_> {
     ///
     /// Errors: a count beyond `u32`.
     pub fn header(&self) -> Result<Header, Error> {
-        let (coordinates, identity, pose, linear) = match self {
-            Coefficients::Multilinear(model) => (model.mean.len(), model.identity.dim, model.expression.dim, false),
-            Coefficients::Bilinear(form) => (form.offset.len(), form.identity_dim(), form.pose_dim(), true),
+        let (kind, coordinates, identity, pose, linear) = match self {
+            Coefficients::Multilinear(model) => {
+                (Kind::Bilinear, model.mean.len(), model.identity.dim, model.expression.dim, [false, false])
+            }
+            Coefficients::Bilinear(form) => {
+                (Kind::Bilinear, form.offset.len(), form.identity_dim(), form.pose_dim(), [true, true])
+            }
+            Coefficients::Linear(form) => (Kind::Linear, form.mean.len(), form.dim(), 0, [true, false]),
+            Coefficients::Wavelet(form) => {
+                (Kind::Wavelet, 3 * form.grid.len(), form.identity_dim, form.pose_dim, [false, false])
+            }
+            Coefficients::Skinned(form, corrections, skin) => {
+                let linear = [true, !corrections.is_empty()];
+                (Kind::Skinned, form.mean.len(), form.dim(), skin.pose_dim(), linear)
+            }
         };
         let count = |value: usize| {
             u32::try_from(value).map_err(|_| Error::input(format!("a count of {value} does not fit a model file")))
         };
         Ok(Header {
-            kind: Kind::Bilinear,
+            kind,
             n_vertices: count(coordinates / 3)?,
             identity_dim: count(identity)?,
             pose_dim: count(pose)?,
-            identity_linear: linear,
-            pose_linear: linear,
+            identity_linear: linear[0],
+            pose_linear: linear[1],
+            dual_quaternion: matches!(self, Coefficients::Skinned(_, _, skin) if skin.dual_quaternion),
         })
     }
 
-    /// The terms of equation 8.2 in the order of the file, `3 n_vertices` coordinates each.
+    /// The terms of equation 8.2 in the order of the file, `3 n_vertices` coordinates each (of the coefficients in a wavelet model).
     pub fn terms(&self) -> Vec<&[f64]> {
         match self {
             Coefficients::Multilinear(model) => {
@@ -55,18 +108,29 @@ impl Coefficients<'_> {
                 }
                 terms
             }
+            Coefficients::Linear(form) => {
+                std::iter::once(form.mean).chain(form.components.chunks_exact(form.mean.len())).collect()
+            }
+            Coefficients::Wavelet(form) => {
+                std::iter::once(form.mean).chain(form.core.chunks_exact(form.mean.len().max(1))).collect()
+            }
+            Coefficients::Skinned(form, corrections, _) => {
+                let len = form.mean.len();
+                let components = form.components.chunks_exact(len).chain(corrections.chunks_exact(len));
+                std::iter::once(form.mean).chain(components).collect()
+            }
         }
     }
 }
 
 /// Distribution of the weights of a mode over the training data.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct ModePrior {
     /// Mean of the weights.
     pub mean: Vec<f64>,
     /// Standard deviation by which each weight is measured.
     pub scale: Vec<f64>,
-    /// Inverse covariance, `d x d`.
+    /// Inverse covariance, `d x d`; none for a wavelet model, whose means and scales are those of all coefficients.
     pub precision: Vec<f64>,
 }
 
@@ -110,17 +174,29 @@ impl<'a> ModelSource<'a> {
             precision: mode.weights.precision(),
         };
         ModelSource {
-            coefficients: Coefficients::Multilinear(model),
+            identity_prior: prior(&model.identity),
+            pose_prior: prior(&model.expression),
+            pose_starts: (0..model.expression.count).flat_map(|row| model.expression.row(row)).collect(),
+            identity_spectrum: model.identity.eigenvalues.clone(),
+            pose_spectrum: model.expression.eigenvalues.clone(),
+            ..ModelSource::new(Coefficients::Multilinear(model))
+        }
+    }
+
+    /// A generator with nothing beside it.
+    pub fn new(coefficients: Coefficients<'a>) -> Self {
+        ModelSource {
+            coefficients,
             faces: Vec::new(),
             landmarks: Vec::new(),
             landmark_names: Vec::new(),
             mirror: Vec::new(),
-            identity_prior: prior(&model.identity),
-            pose_prior: prior(&model.expression),
-            pose_starts: (0..model.expression.count).flat_map(|row| model.expression.row(row)).collect(),
+            identity_prior: ModePrior::default(),
+            pose_prior: ModePrior::default(),
+            pose_starts: Vec::new(),
             pose_names: Vec::new(),
-            identity_spectrum: model.identity.eigenvalues.clone(),
-            pose_spectrum: model.expression.eigenvalues.clone(),
+            identity_spectrum: Vec::new(),
+            pose_spectrum: Vec::new(),
             remainder: Vec::new(),
             provenance: String::new(),
         }

@@ -4,7 +4,7 @@
 //! order, and each costs one run of numbers.
 
 use habitus_core::generator::bilinear::Bilinear;
-use habitus_core::generator::{Block, Generator, LANES, NUMBERS, Weights};
+use habitus_core::generator::{At, Block, Generator, LANES, NUMBERS, Weights};
 use rayon::prelude::*;
 
 use super::displacement::Displacement;
@@ -123,32 +123,28 @@ impl Generator for Held {
         self.pose_dim
     }
 
-    fn block_unchecked(&self, weights: Weights<'_>, block: usize) -> Option<Block> {
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         let mut value = [0.0; NUMBERS];
-        for at in 0..LANES.min(self.values.len().checked_sub(block * LANES)?) {
-            let position = self.vertex_unchecked(weights, block * LANES + at)?;
-            (0..3).for_each(|axis| value[axis * LANES + at] = position[axis]);
+        for lane in 0..LANES.min(self.values.len().checked_sub(block * LANES)?) {
+            let position = self.vertex_unchecked(at, block * LANES + lane)?;
+            (0..3).for_each(|axis| value[axis * LANES + lane] = position[axis]);
         }
         Some(Block::load(&value))
     }
 
-    fn linearised_block_unchecked(
-        &self,
-        weights: Weights<'_>,
-        block: usize,
-        jacobian: &mut [[f32; NUMBERS]],
-    ) -> Option<Block> {
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         jacobian.iter_mut().for_each(|column| *column = [0.0; NUMBERS]);
-        for at in 0..LANES.min(self.values.len().checked_sub(block * LANES)?) {
-            for (column, to) in self.row(block * LANES + at)?.iter().zip(jacobian.iter_mut()) {
-                (0..3).for_each(|axis| to[axis * LANES + at] = column[axis]);
+        for lane in 0..LANES.min(self.values.len().checked_sub(block * LANES)?) {
+            for (column, to) in self.row(block * LANES + lane)?.iter().zip(jacobian.iter_mut()) {
+                (0..3).for_each(|axis| to[axis * LANES + lane] = column[axis]);
             }
         }
-        self.block_unchecked(weights, block)
+        self.block_unchecked(at, block)
     }
 
-    fn vertex_unchecked(&self, weights: Weights<'_>, vertex: usize) -> Option<[f32; 3]> {
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
         // A round takes one step, from here.
+        let weights = at.weights();
         if weights.identity == self.identity && weights.pose == self.pose {
             return self.values.get(vertex).copied();
         }
@@ -156,14 +152,9 @@ impl Generator for Held {
         Some(columns.fold(*self.values.get(vertex)?, |value, (step, column)| moved(value, step, *column)))
     }
 
-    fn linearised_vertex_unchecked(
-        &self,
-        weights: Weights<'_>,
-        vertex: usize,
-        jacobian: &mut [[f32; 3]],
-    ) -> Option<[f32; 3]> {
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
         jacobian.get_mut(..self.dim())?.copy_from_slice(self.row(vertex)?);
-        self.vertex_unchecked(weights, vertex)
+        self.vertex_unchecked(at, vertex)
     }
 }
 
@@ -201,14 +192,21 @@ mod tests {
         let weights = Weights { identity: &state.identity, pose: &pose };
         let mut columns = vec![[0.0f32; 3]; held.dim()];
         for vertex in [0, 15, 16, 700, n - 1] {
-            let at = held.linearised_vertex_unchecked(weights, vertex, &mut columns).expect("a vertex");
-            assert_eq!(at.map(f64::from), held.positions()[vertex]);
+            let value = held
+                .linearised_vertex_unchecked(held.begin(weights, true, &mut []).unwrap(), vertex, &mut columns)
+                .expect("a vertex");
+            assert_eq!(value.map(f64::from), held.positions()[vertex]);
             for (k, column) in columns.iter().take(7).enumerate() {
                 let step = 0.125;
                 let moved = |sign: f32| {
                     let (mut identity, mut pose) = (state.identity.clone(), state.pose.clone());
                     *identity.iter_mut().chain(&mut pose).nth(k).expect("a weight") += sign * step;
-                    generator.vertex_unchecked(Weights { identity: &identity, pose: &pose }, vertex).expect("a vertex")
+                    generator
+                        .vertex_unchecked(
+                            generator.begin(Weights { identity: &identity, pose: &pose }, true, &mut []).unwrap(),
+                            vertex,
+                        )
+                        .expect("a vertex")
                 };
                 let (high, low) = (moved(1.0), moved(-1.0));
                 for axis in 0..3 {
@@ -235,17 +233,28 @@ mod tests {
         let identity: Vec<f32> = state.identity.iter().map(|x| x + 0.1).collect();
         let weights = Weights { identity: &identity, pose: &pose };
         let mut jacobian = vec![[0.0; NUMBERS]; held.dim()];
-        let block = held.linearised_block_unchecked(weights, 3, &mut jacobian).expect("a block");
+        let block = held
+            .linearised_block_unchecked(held.begin(weights, true, &mut []).unwrap(), 3, &mut jacobian)
+            .expect("a block");
         let mut numbers = [0.0; NUMBERS];
         block.store(&mut numbers);
         let mut columns = vec![[0.0f32; 3]; held.dim()];
-        for at in 0..LANES {
-            let vertex = held.linearised_vertex_unchecked(weights, 3 * LANES + at, &mut columns).expect("a vertex");
-            assert_eq!(lane(&numbers, at), vertex);
-            assert_eq!(held.vertex_unchecked(weights, 3 * LANES + at), Some(vertex));
-            assert!(jacobian.iter().zip(&columns).all(|(block, column)| lane(block, at) == *column));
+        for at_lane in 0..LANES {
+            let vertex = held
+                .linearised_vertex_unchecked(
+                    held.begin(weights, true, &mut []).unwrap(),
+                    3 * LANES + at_lane,
+                    &mut columns,
+                )
+                .expect("a vertex");
+            assert_eq!(lane(&numbers, at_lane), vertex);
+            assert_eq!(
+                held.vertex_unchecked(held.begin(weights, true, &mut []).unwrap(), 3 * LANES + at_lane),
+                Some(vertex)
+            );
+            assert!(jacobian.iter().zip(&columns).all(|(block, column)| lane(block, at_lane) == *column));
         }
-        assert!(held.vertex_unchecked(weights, n + LANES).is_none());
+        assert!(held.vertex_unchecked(held.begin(weights, true, &mut []).unwrap(), n + LANES).is_none());
     }
 
     /// With some identity weights held, the columns of the pose follow the free ones.

@@ -10,7 +10,8 @@ pub(super) fn open<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(
     let Context { models, case, pieces, tally, .. } = context;
     let model = Model::open(pieces.model(case, models)?)?;
     let header = model.header();
-    let flags = u32::from(header.identity_linear) | u32::from(header.pose_linear) << 1;
+    let flags =
+        u32::from(header.identity_linear) | u32::from(header.pose_linear) << 1 | u32::from(header.dual_quaternion) << 2;
     let counts = [header.kind as u32, header.n_vertices, header.identity_dim, header.pose_dim, flags];
     tally.compare_integers("header", &counts)?;
     for (position, section) in model.sections().iter().enumerate() {

@@ -16,13 +16,14 @@ use crate::text::{Case, decimal};
 
 pub(super) fn normal_equations<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let model = Model::open(pieces.model(case, models)?)?.generator()?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
     let samples = TextSamples::new(case, pieces)?;
     let frame = frame(case)?;
     let m = model.dim() + frame.dim();
     let (jtj, jtr) = (pieces.zeros(m * m)?, pieces.zeros(m)?);
-    let workspace = pieces.zeros(normal_equations_req(model.dim(), frame).numbers())?;
+    let req = normal_equations_req(model.dim(), frame).and(model.state_req(true));
+    let workspace = pieces.zeros(req.numbers())?;
     let place = placement(case, "placement")?;
     let energy = backend.normal_equations(&model, weights, &samples, &place, frame, jtj, jtr, workspace)?;
     tally.compare("energy", &[energy])?;
@@ -54,12 +55,13 @@ pub(super) fn prior<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<
 pub(super) fn fit_points<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
     let model = Model::open(pieces.model(case, models)?)?;
-    let generator = model.bilinear()?;
+    let generator = model.generator()?;
     let samples = TextSamples::new(case, pieces)?;
     let options = options(case, &model)?;
     let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
     let mut place = placement(case, "placement")?;
     let req = fit_points_req(generator.identity_dim(), generator.pose_dim(), options.frame);
+    let req = req.and(generator.state_req(true));
     let workspace = pieces.zeros(req.numbers())?;
     let report = backend.fit_points(&generator, &samples, &options, identity, pose, &mut place, workspace)?;
     compare_fit(tally, identity, pose, &place, &report)
@@ -71,7 +73,7 @@ const MOST_LANDMARKS: usize = 16;
 pub(super) fn fit_landmarks<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
     let model = Model::open(pieces.model(case, models)?)?;
-    let generator = model.bilinear()?;
+    let generator = model.generator()?;
     let options = options(case, &model)?;
     let mut targets = [None; MOST_LANDMARKS];
     let kinds = pieces.integers(case, "kinds")?;
@@ -83,6 +85,7 @@ pub(super) fn fit_landmarks<B: Backend>(context: &mut Context<'_, '_, '_, B>) ->
     let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
     let mut place = placement(case, "placement")?;
     let req = fit_points_req(generator.identity_dim(), generator.pose_dim(), options.frame);
+    let req = req.and(generator.state_req(true));
     let workspace = pieces.zeros(req.numbers())?;
     let report = backend.fit_landmarks(&model, &generator, targets, &options, identity, pose, &mut place, workspace)?;
     compare_fit(tally, identity, pose, &place, &report)

@@ -1,7 +1,6 @@
 //! Evaluation by ranges, derivatives, prepared forms.
 
 use habitus_core::format::{Mode, Model};
-use habitus_core::generator::prepared::prepared_req;
 use habitus_core::generator::{Generator, NUMBERS, Weights};
 
 use super::Context;
@@ -11,13 +10,15 @@ use crate::result::Problem;
 
 pub(super) fn evaluate<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let model = Model::open(pieces.model(case, models)?)?.generator()?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    let state = pieces.zeros(model.state_req(false).numbers())?;
+    let at = model.begin(weights, false, state)?;
     for range in pieces.integers(case, "ranges")?.as_chunks::<2>().0 {
         let [from, to] = range.map(|bound| bound as usize);
         // A wrong range is refused before the output is looked at.
         let out = pieces.zeros(3 * to.saturating_sub(from).min(model.vertex_count()))?;
-        backend.evaluate(&model, weights, from..to, out)?;
+        backend.evaluate(&model, at, from..to, out)?;
         // "out" is the whole shape: every range has to give the bits of its part.
         tally.compare_part("out", 3 * from, out)?;
     }
@@ -26,29 +27,33 @@ pub(super) fn evaluate<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Resu
 
 pub(super) fn linearised_block<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let model = Model::open(pieces.model(case, models)?)?.generator()?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    let state = pieces.zeros(model.state_req(true).numbers())?;
+    let at = model.begin(weights, true, state)?;
     let jacobian = pieces.zeros(model.dim() * NUMBERS)?.as_chunks_mut().0;
     let block = integer(case, "block")? as usize;
-    let values = backend.linearised_block(&model, weights, block, jacobian).ok_or(Problem::Text("block"))?;
+    let values = backend.linearised_block(&model, at, block, jacobian).ok_or(Problem::Text("block"))?;
     tally.compare("values", values.axes.as_flattened())?;
     tally.compare("jacobian", jacobian.as_flattened())
 }
 
 pub(super) fn linearised_vertex<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let model = Model::open(pieces.model(case, models)?)?.generator()?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    let state = pieces.zeros(model.state_req(true).numbers())?;
+    let at = model.begin(weights, true, state)?;
     let jacobian = pieces.zeros(model.dim() * 3)?.as_chunks_mut().0;
     let vertex = integer(case, "vertex")? as usize;
-    let value = backend.linearised_vertex(&model, weights, vertex, jacobian).ok_or(Problem::Text("vertex"))?;
+    let value = backend.linearised_vertex(&model, at, vertex, jacobian).ok_or(Problem::Text("vertex"))?;
     tally.compare("value", &value)?;
     tally.compare("jacobian", jacobian.as_flattened())
 }
 
 pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.bilinear()?;
+    let model = Model::open(pieces.model(case, models)?)?.generator()?;
     let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
     let (fixed, fixed_weights, weights) = match case.word("fixed") {
         Some("identity") => (Mode::Identity, &*identity, Weights { identity: &[], pose }),
@@ -56,14 +61,16 @@ pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Resu
         _ => return Err(Problem::Text("fixed")),
     };
     let (from, to) = (integer(case, "from")? as usize, integer(case, "to")? as usize);
-    let memory = pieces.zeros(prepared_req(&model, fixed, &(from..to)).numbers())?;
+    let memory = pieces.zeros(model.prepared_req(fixed, &(from..to))?.numbers())?;
     let form = backend.prepared(&model, fixed, fixed_weights, from..to, memory)?;
+    let state = pieces.zeros(form.state_req(true).numbers())?;
+    let at = form.begin(weights, true, state)?;
     let out = pieces.zeros(3 * form.vertex_count())?;
-    backend.evaluate(&form, weights, 0..form.vertex_count(), out)?;
+    backend.evaluate(&form, at, 0..form.vertex_count(), out)?;
     tally.compare("out", out)?;
     for block in 0..form.block_count() {
         let jacobian = pieces.zeros(form.dim() * NUMBERS)?;
-        let values = backend.linearised_block(&form, weights, block, jacobian.as_chunks_mut().0);
+        let values = backend.linearised_block(&form, at, block, jacobian.as_chunks_mut().0);
         tally.compare_part("values", block * NUMBERS, values.ok_or(Problem::Text("to"))?.axes.as_flattened())?;
         tally.compare_part("jacobian", block * form.dim() * NUMBERS, jacobian)?;
     }

@@ -3,6 +3,8 @@
 mod files;
 mod fit;
 mod generator;
+mod lbfgsb;
+mod linalg;
 mod solve;
 
 use crate::backend::Backend;
@@ -49,6 +51,18 @@ pub(crate) fn case_result<'t, B: Backend>(
         "moved_f64" => solve::moved::<_, f64>(&mut context),
         "minimised_f32" => solve::minimised::<_, f32>(&mut context),
         "minimised_f64" => solve::minimised::<_, f64>(&mut context),
+        "qr_f32" => linalg::factors::<_, f32>(&mut context),
+        "qr_f64" => linalg::factors::<_, f64>(&mut context),
+        "least_squares_f32" => linalg::least_squares::<_, f32>(&mut context),
+        "least_squares_f64" => linalg::least_squares::<_, f64>(&mut context),
+        "svd3_f32" => linalg::singular_values::<_, f32>(&mut context),
+        "svd3_f64" => linalg::singular_values::<_, f64>(&mut context),
+        "isometry_triangles_f32" => linalg::triangles::<_, f32>(&mut context),
+        "isometry_triangles_f64" => linalg::triangles::<_, f64>(&mut context),
+        "isometry_samples_f32" => linalg::samples::<_, f32>(&mut context),
+        "isometry_samples_f64" => linalg::samples::<_, f64>(&mut context),
+        "lbfgsb_f32" => lbfgsb::minimised::<_, f32>(&mut context),
+        "lbfgsb_f64" => lbfgsb::minimised::<_, f64>(&mut context),
         "open" => files::open(&mut context),
         _ => Err(Problem::Kernel),
     };

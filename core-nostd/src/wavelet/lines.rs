@@ -1,0 +1,225 @@
+//! Lines side by side, coarse samples apart from details, so that every lift is one loop over contiguous numbers.
+
+use super::lifting::{Lifting, constant};
+use super::span::Span;
+use crate::workspace::{Requirement, Workspace};
+use crate::{Error, Real};
+
+/// Lines that are lifted together at most: the eight rows that come in at a time, and the one kept from before. Eight rows of 129 or 257 samples stay in
+/// the fastest memory; 4, 12 and 16 are not faster.
+pub(crate) const MAX_LINES: usize = 9;
+
+/// Lines side by side, each in [`slots`] slots: slot `s` has coarse sample `coarse.from + s - 1` of a span, and the detail behind it. Slots
+/// without a sample are zero when lines are loaded; lifts write numbers without meaning there.
+#[derive(Default)]
+pub(crate) struct Lines<'w, R> {
+    pub(crate) v: &'w mut [R],
+    pub(crate) e: &'w mut [R],
+}
+
+/// Slots of a line: one before the coarse samples, for the detail before the first.
+#[inline(always)]
+pub(crate) const fn slots(span: &Span) -> usize {
+    span.coarse.len() + 1
+}
+
+impl<'w, R> Lines<'w, R> {
+    /// Memory of `count` lines.
+    pub(crate) const fn req(span: &Span, count: usize) -> Requirement {
+        Requirement::of(2 * count * slots(span))
+    }
+
+    #[inline(always)]
+    pub(crate) fn take(span: &Span, count: usize, workspace: &mut Workspace<'w, R>) -> Result<Self, Error> {
+        let numbers = count * slots(span);
+        Ok(Lines { v: workspace.take(numbers)?, e: workspace.take(numbers)? })
+    }
+}
+
+/// The first two lifts of at most [`MAX_LINES`] lines, and the third at their ends, as far as the range `out` of the span needs them.
+#[inline(always)]
+pub(crate) fn lift_twice<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &mut [R]) -> Option<()> {
+    // Lifts run over all lines as if they were one; the ends, which they spoil, are kept apart.
+    let mut kept = [[R::ZERO; 2]; MAX_LINES];
+    for (ends, places) in kept.iter_mut().zip(places(span, v.len())) {
+        if let Some([at, beside]) = places[0] {
+            ends[0] = S::first_at_end(*v.get(at)?, *e.get(beside)?);
+        }
+        if let Some([at, beside]) = places[1] {
+            ends[1] = S::first_at_end(*v.get(at)?, *e.get(beside)?);
+        }
+    }
+    let count = v.len().checked_sub(1)?;
+    first::<S, R>(v.get_mut(1..)?, e.get(..count)?, e.get(1..)?);
+    let weight = constant::<R>(S::END);
+    for (ends, places) in kept.iter().zip(places(span, v.len())) {
+        for (place, end) in places.iter().zip(ends) {
+            if let Some([at, _]) = place {
+                *v.get_mut(*at)? = weight * *end;
+            }
+        }
+    }
+    second::<S, R>(e.get_mut(..count)?, v.get(..count)?, v.get(1..)?);
+    for (ends, places) in kept.iter().zip(places(span, v.len())) {
+        for (place, end) in places.iter().zip(ends) {
+            if let Some([at, beside]) = place {
+                *v.get_mut(*at)? = S::third_at_end(*end, *e.get(*beside)?);
+            }
+        }
+    }
+    Some(())
+}
+
+/// For each line of `len` slots: where its two ends stand, if they belong to the span, and the details beside them.
+#[inline(always)]
+fn places(span: &Span, len: usize) -> impl Iterator<Item = [Option<[usize; 2]>; 2]> {
+    let (slots, starts, ends) = (slots(span), span.starts(), span.ends());
+    let mut line = 0;
+    core::iter::from_fn(move || {
+        if line >= len {
+            return None;
+        }
+        let first = if starts { Some([line + 1, line + 1]) } else { None };
+        line += slots;
+        Some([first, if ends { Some([line - 1, line.wrapping_sub(2)]) } else { None }])
+    })
+}
+
+/// All three lifts.
+#[inline(always)]
+pub(crate) fn lift<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &mut [R]) -> Option<()> {
+    lift_twice::<S, R>(span, v, e)?;
+    lift_again::<S, R>(span, v, e)
+}
+
+/// The third lift after [`lift_twice`].
+#[inline(always)]
+pub(crate) fn lift_again<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &[R]) -> Option<()> {
+    let slots = slots(span);
+    let (from, to) = (1 + usize::from(span.starts()), slots.checked_sub(usize::from(span.ends()))?);
+    let inside = to.saturating_sub(from);
+    let mut line = from;
+    for _ in 0..MAX_LINES {
+        let (Some(v), Some(before), Some(behind)) = (v.get_mut(line..), e.get(line - 1..), e.get(line..)) else {
+            break;
+        };
+        third::<S, R>(v.get_mut(..inside)?, before.get(..inside)?, behind.get(..inside)?);
+        line += slots;
+    }
+    Some(())
+}
+
+/// The first lift of many samples, none at an end.
+#[inline(always)]
+pub(crate) fn first<S: Lifting, R: Real>(v: &mut [R], before: &[R], behind: &[R]) {
+    for ((v, &a), &b) in v.iter_mut().zip(before).zip(behind) {
+        *v = S::first(*v, a, b);
+    }
+}
+
+/// The second lift of many details.
+#[inline(always)]
+pub(crate) fn second<S: Lifting, R: Real>(e: &mut [R], before: &[R], behind: &[R]) {
+    for ((e, &a), &b) in e.iter_mut().zip(before).zip(behind) {
+        *e = S::second(*e, a, b);
+    }
+}
+
+/// The third lift of many samples, none at an end.
+#[inline(always)]
+pub(crate) fn third<S: Lifting, R: Real>(v: &mut [R], before: &[R], behind: &[R]) {
+    for ((v, &a), &b) in v.iter_mut().zip(before).zip(behind) {
+        *v = S::third(*v, a, b);
+    }
+}
+
+/// Copies as many numbers as both have.
+#[inline(always)]
+pub(crate) fn copy<R: Real>(from: &[R], to: &mut [R]) {
+    for (to, &from) in to.iter_mut().zip(from) {
+        *to = from;
+    }
+}
+
+/// Fills the slots of a line with the coarse samples and the details that its span asks for.
+#[inline(always)]
+pub(crate) fn load<R: Real>(span: &Span, coarse: &[R], v: &mut [R], detail: &[R], e: &mut [R]) -> Option<()> {
+    clear_spare(v, e)?;
+    copy(coarse, v.get_mut(1..)?);
+    copy(detail, e.get_mut(usize::from(span.starts())..)?);
+    Some(())
+}
+
+/// Slots that may have no sample.
+#[inline(always)]
+fn clear_spare<R: Real>(v: &mut [R], e: &mut [R]) -> Option<()> {
+    *v.first_mut()? = R::ZERO;
+    *e.first_mut()? = R::ZERO;
+    *e.last_mut()? = R::ZERO;
+    Some(())
+}
+
+/// Fills the slots of a line with the samples that its span asks for, coarse ones and details in turn.
+#[inline(always)]
+pub(crate) fn split<R: Real>(span: &Span, samples: &[R], v: &mut [R], e: &mut [R]) -> Option<()> {
+    clear_spare(v, e)?;
+    let samples = if span.starts() {
+        samples
+    } else {
+        let (lone, samples) = samples.split_first()?;
+        *e.first_mut()? = *lone;
+        samples
+    };
+    let (pairs, last) = samples.as_chunks::<2>();
+    let (v, behind) = v.get_mut(1..)?.split_at_mut_checked(pairs.len())?;
+    let e = e.get_mut(1..)?.get_mut(..pairs.len())?;
+    for ((pair, v), e) in pairs.iter().zip(v).zip(e) {
+        [*v, *e] = *pair;
+    }
+    if let (Some(last), Some(v)) = (last.first(), behind.first_mut()) {
+        *v = *last;
+    }
+    Some(())
+}
+
+/// Where the samples that [`split`] takes begin, and how many there are.
+#[inline(always)]
+pub(crate) const fn split_range(span: &Span) -> [usize; 2] {
+    let from = if span.starts() { 0 } else { 2 * span.detail.from + 1 };
+    let to = if span.ends() { 2 * span.last + 1 } else { 2 * span.detail.to };
+    [from, to.saturating_sub(from)]
+}
+
+/// The range `out` of a span from the slots of a line after [`lift_twice`]: the third lift of the coarse samples, and the details, in turn.
+#[inline(always)]
+pub(crate) fn merge<S: Lifting, R: Real>(span: &Span, v: &[R], e: &[R], out: &mut [R]) -> Option<()> {
+    let (first, last) = (*v.get(1)?, *v.last()?);
+    let slot = (span.out.from / 2 + 1).checked_sub(span.coarse.from)?;
+    let lone = span.out.from % 2;
+    if lone == 1 {
+        *out.first_mut()? = *e.get(slot)?;
+    }
+    let slot = slot + lone;
+    let (v, e, before) = (v.get(slot..)?, e.get(slot..)?, e.get(slot - 1..)?);
+    let (pairs, behind) = out.get_mut(lone..)?.as_chunks_mut::<2>();
+    if let Some(behind) = behind.first_mut() {
+        *behind = S::third(*v.get(pairs.len())?, *before.get(pairs.len())?, *e.get(pairs.len())?);
+    }
+    let count = pairs.len();
+    interleave::<S, R>(v.get(..count)?, before.get(..count)?, e.get(..count)?, pairs);
+    if span.out.from == 0 {
+        *out.first_mut()? = first;
+    }
+    if span.out.to > 2 * span.last {
+        *out.last_mut()? = last;
+    }
+    Some(())
+}
+
+/// The third lift of many samples, none at an end, each with the detail behind it.
+#[inline(always)]
+fn interleave<S: Lifting, R: Real>(v: &[R], before: &[R], behind: &[R], pairs: &mut [[R; 2]]) {
+    for (((pair, &v), &a), &b) in pairs.iter_mut().zip(v).zip(before).zip(behind) {
+        *pair = [S::third(v, a, b), b];
+    }
+}
