@@ -4,7 +4,7 @@
 //! and links no more than that.
 //!
 //! The kernels of every kind at every call are too much code and take too long to compile where nothing is gained by them: they are inlined only with the
-//! feature `inline-any`, which hosts that choose the width of their vectors at run time turn on (`habitus-dispatch`). The bits are the same.
+//! feature `inline-kernels`, which hosts that choose the width of their vectors at run time turn on (`habitus-dispatch`). The bits are the same.
 
 use core::ops::Range;
 
@@ -175,14 +175,12 @@ impl Generator for AnyGenerator<'_> {
         each!(self, generator => generator.write_state(weights, derivatives, state));
     }
 
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, generator => generator.block_unchecked(at, block))
     }
 
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         each!(self, generator => generator.linearised_block_unchecked(at, block, jacobian))
     }
@@ -200,15 +198,15 @@ impl Generator for AnyGenerator<'_> {
     }
 
     /// One choice for the whole range.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg(feature = "inline-kernels")]
+    #[inline(always)]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         each!(self, generator => generator.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg(feature = "inline-kernels")]
+    #[inline(always)]
     fn linearise_at(
         &self,
         at: At<'_>,
@@ -224,8 +222,7 @@ impl Generator for AnyGenerator<'_> {
     }
 
     /// One choice for all vertices.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn gradient_at(
         &self,
         at: At<'_>,

@@ -53,8 +53,7 @@ impl<'a> AnyGenerator<'a> {
     /// and [`with_fixed`].
     ///
     /// Errors: `WrongKind` for a linear model, `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     pub fn prepared<'w>(
         &self,
         fixed: Mode,
@@ -180,14 +179,12 @@ impl Generator for AnyPrepared<'_, '_> {
         each!(self, form => form.write_state(weights, derivatives, state));
     }
 
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, form => form.block_unchecked(at, block))
     }
 
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         each!(self, form => form.linearised_block_unchecked(at, block, jacobian))
     }
@@ -205,15 +202,15 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     /// One choice for the whole range.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg(feature = "inline-kernels")]
+    #[inline(always)]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         each!(self, form => form.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg(feature = "inline-kernels")]
+    #[inline(always)]
     fn linearise_at(
         &self,
         at: At<'_>,
@@ -229,8 +226,7 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     /// One choice for all vertices.
-    #[cfg_attr(feature = "inline-any", inline(always))]
-    #[cfg_attr(not(feature = "inline-any"), inline(never))]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn gradient_at(
         &self,
         at: At<'_>,

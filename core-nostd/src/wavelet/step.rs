@@ -75,7 +75,7 @@ impl Step {
     }
 
     /// Row `j` of details to line `line`; `first` is the first coefficient of the level.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn load_details<const N: usize, R: Real>(
         &self,
         j: usize,
@@ -96,7 +96,7 @@ impl Step {
 
     /// The window `columns.out` x `rows.out` of a level from the next coarser one and the level's coefficients, which begin at `first`; both as
     /// far as the spans ask for.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     pub(crate) fn synthesis<S: Lifting, const N: usize, R: Real>(
         &self,
         coarse: [Samples<'_, R>; N],
@@ -133,7 +133,7 @@ impl Step {
     }
 
     /// The rows of one component that coarse rows `j..j + count`, which have come in, make complete.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     fn lifted<S: Lifting, R: Real>(
         &self,
         j: usize,
@@ -165,7 +165,7 @@ impl Step {
     }
 
     /// The next coarser level and the coefficients of a whole level from its samples.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-kernels", inline(always))]
     pub(crate) fn analysis<S: Lifting, R: Real>(
         &self,
         samples: &[R],
