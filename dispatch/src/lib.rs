@@ -52,7 +52,7 @@ macro_rules! dispatched {
     };
 }
 
-/// Runs a call with the widest vectors that pay: 512 bits, 256 bits, or those of the target.
+/// Runs a call with the widest vectors that pay: 256 bits, or those of the target. Most kernels wait for memory; 512 bits gave nothing beyond noise.
 #[cfg(feature = "std")]
 fn widest<C: Call>(call: C) -> C::Output {
     struct Within<C>(C);

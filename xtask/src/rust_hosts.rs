@@ -8,7 +8,7 @@ use std::time::Duration;
 
 const PACKAGE: &str = "habitus-golden";
 const PROGRAM: &str = "figures";
-const WAYS: [(&str, &str); 3] = [("plain", "Rust"), ("avx2", "Rust, AVX2"), ("avx512", "Rust, AVX-512")];
+const WAYS: [(&str, &str); 2] = [("plain", "Rust"), ("avx2", "Rust, AVX2")];
 
 /// A run for each width of vectors that this processor has.
 pub fn runs() -> Result<Vec<Run>> {

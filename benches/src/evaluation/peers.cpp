@@ -1,8 +1,9 @@
 // The other side of the rows of evaluation: loops over our own layout left to the compiler, the same jobs by Eigen and by loops over vertices,
-// lifting in place, and what the memory can do. Answers as peer.cpp does: "job threads samples" on one thread.
+// lifting in place, and what the memory can do. Answers "job threads samples" as peer.cpp does; only loops over our layout and reads have threads.
 // Usage: peers FILE, whose arrays `evaluation.rs` has written in the order in which they are read here.
 #include <Eigen/Dense>
 #include <Eigen/Geometry>
+#include <atomic>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -10,6 +11,7 @@
 #include <functional>
 #include <map>
 #include <string>
+#include <thread>
 #include <vector>
 using namespace Eigen;
 typedef Matrix<float, Dynamic, Dynamic, RowMajor> Rows;
@@ -21,6 +23,10 @@ template <class T> static std::vector<T> array() {
     return v;
 }
 static volatile float sink;
+// As workload.rs has it.
+static float noise(uint32_t k) {
+    k = (k ^ 0x9e37u) * 0x85ebca6bu; k = (k ^ (k >> 13)) * 0xc2b2ae35u; return float(k >> 8) / 8388608.0f - 1.0f;
+}
 
 // A rest shape of d components and the motions of its joints.
 struct Body {
@@ -70,9 +76,9 @@ struct Body {
         skin_vertices(v.data());
     }
     // Block after block over the layout of the file.
-    void plain(int d) {
-        pose(d); const float* c = d ? blocked[d].data() : rest.data();
-        for (int b = 0; b < blocks; b++) {
+    void plain(int d, int part, int parts) {
+        const float* c = d ? blocked[d].data() : rest.data();
+        for (int b = blocks * part / parts; b < blocks * (part + 1) / parts; b++) {
             float v[48], x[48] = {};
             const float* p = c + size_t(b) * (1 + d) * 48;
             for (int l = 0; l < 48; l++) v[l] = p[l];
@@ -87,66 +93,221 @@ struct Body {
     }
 };
 
-// Cubic synthesis in place on (height, width, 3), finest lattice last; ends as in our transform.
-struct Lifting {
-    std::vector<float> source, a; int w = 0, h = 0, levels = 0;
-    void read(int l) { source = array<float>(); levels = l; w = (4 << l) + 1; h = (6 << l) + 1; }
-    static void line(float* p, int count, size_t stride, int lanes, size_t lane_stride) {
-        auto at = [&](int i) { return p + i * stride; };
-        for (int i = 2; i + 2 < count; i += 2) for (int l = 0; l < lanes; l++) for (int c = 0; c < 3; c++) {
-            size_t o = l * lane_stride + c; at(i)[o] = (at(i)[o] - 0.375f * (at(i - 1)[o] + at(i + 1)[o])) * 0.5f; }
-        for (int i = 1; i < count; i += 2) for (int l = 0; l < lanes; l++) for (int c = 0; c < 3; c++) {
-            size_t o = l * lane_stride + c; float f = i == 1 ? 0.5f : 1.f, g = i + 2 == count ? 0.5f : 1.f;
-            at(i)[o] += f * at(i - 1)[o] + g * at(i + 1)[o]; }
-        for (int i = 2; i + 2 < count; i += 2) for (int l = 0; l < lanes; l++) for (int c = 0; c < 3; c++) {
-            size_t o = l * lane_stride + c; at(i)[o] += 0.25f * (at(i - 1)[o] + at(i + 1)[o]); }
-    }
-    void run() {
-        a = source;
-        for (int s = 1 << (levels - 1); s >= 1; s /= 2) {
-            line(a.data(), (h - 1) / s + 1, size_t(s) * w * 3, (w - 1) / s + 1, size_t(3) * s);
-            for (int y = 0; y < h; y += s) line(&a[size_t(y) * w * 3], (w - 1) / s + 1, size_t(s) * 3, 1, 0);
+// 5996 vertices by 30 x 7: the blocked layout of the file, and rows of a matrix for Eigen.
+struct Face {
+    static const int n = 5996, di = 30, dp = 7, terms = 1 + di * dp, blocks = (n + 15) / 16;
+    std::vector<float> c, columns, out, values, jacobian; Rows core, slopes; VectorXf mean, x, y, result; MatrixXf normal;
+    void make() {
+        c.assign(size_t(blocks) * terms * 48, 0.f); columns.assign(size_t(blocks) * (1 + dp) * 48, 0.f);
+        out.resize(3 * n); values.resize(blocks * 48); jacobian.resize(size_t(blocks) * (di + dp) * 48);
+        core.resize(3 * n, di * dp); slopes.resize(3 * n, di + dp); mean.resize(3 * n); result.resize(3 * n); x.resize(di); y.resize(dp);
+        for (int i = 0; i < di; i++) x[i] = noise(1000000 + i);
+        for (int j = 0; j < dp; j++) y[j] = noise(2000000 + j);
+        for (size_t at = 0; at < c.size(); at++) {
+            size_t b = at / (terms * 48), k = at % (terms * 48), v = b * 16 + k % 16, a = k % 48 / 16;
+            if (v >= size_t(n)) continue;
+            c[at] = (k < 48 ? 100.f : 1.f) * noise(at);
+            if (k < 48) mean[3 * v + a] = c[at]; else core(3 * v + a, k / 48 - 1) = c[at];
         }
+        for (int b = 0; b < blocks; b++) for (int k = 0; k < 48; k++) {
+            const float* from = &c[size_t(b) * terms * 48 + k]; float* to = &columns[size_t(b) * (1 + dp) * 48 + k];
+            to[0] = from[0];
+            for (int j = 0; j < dp; j++) for (int i = 0; i < di; i++) to[48 * (1 + j)] += x[i] * from[48 * (1 + i * dp + j)];
+        }
+    }
+    void store(int b, const float* v) { for (int l = 0; l < 16 && 16 * b + l < n; l++) for (int a = 0; a < 3; a++) out[3 * (16 * b + l) + a] = v[16 * a + l]; }
+    void full(int from, int to) {
+        for (int b = from; b < to; b++) {
+            const float* p = &c[size_t(b) * terms * 48]; float v[48];
+            for (int l = 0; l < 48; l++) v[l] = p[l];
+            for (int i = 0; i < di; i++) {
+                float t[48] = {};
+                for (int j = 0; j < dp; j++) { p += 48; for (int l = 0; l < 48; l++) t[l] += y[j] * p[l]; }
+                for (int l = 0; l < 48; l++) v[l] += x[i] * t[l];
+            }
+            store(b, v);
+        }
+    }
+    void fixed(int from, int to) {
+        for (int b = from; b < to; b++) {
+            const float* p = &columns[size_t(b) * (1 + dp) * 48]; float v[48];
+            for (int l = 0; l < 48; l++) v[l] = p[l];
+            for (int j = 0; j < dp; j++) { p += 48; for (int l = 0; l < 48; l++) v[l] += y[j] * p[l]; }
+            store(b, v);
+        }
+    }
+    void derivatives(int from, int to) {
+        for (int b = from; b < to; b++) {
+            const float* p = &c[size_t(b) * terms * 48]; float v[48], *by_x = &jacobian[size_t(b) * (di + dp) * 48], *by_y = by_x + di * 48;
+            for (int l = 0; l < 48; l++) v[l] = p[l];
+            for (int l = 0; l < dp * 48; l++) by_y[l] = 0;
+            for (int i = 0; i < di; i++) {
+                float t[48] = {};
+                for (int j = 0; j < dp; j++) { p += 48; for (int l = 0; l < 48; l++) { t[l] += y[j] * p[l]; by_y[48 * j + l] += x[i] * p[l]; } }
+                for (int l = 0; l < 48; l++) { v[l] += x[i] * t[l]; by_x[48 * i + l] = t[l]; }
+            }
+            for (int l = 0; l < 48; l++) values[48 * b + l] = v[l];
+        }
+    }
+    void gemv() {
+        VectorXf k(di * dp);
+        for (int i = 0; i < di; i++) k.segment(i * dp, dp) = x[i] * y;
+        result.noalias() = mean + core * k;
+    }
+    void fused() {
+        for (int r = 0; r < 3 * n; r++) {
+            Map<const Rows> row(&core(r, 0), di, dp);
+            slopes.row(r).head(di).noalias() = (row * y).transpose(); slopes.row(r).tail(dp).noalias() = x.transpose() * row;
+            result[r] = mean[r] + slopes.row(r).head(di).dot(x);
+        }
+    }
+    void equations() {
+        fused(); normal.setZero(di + dp, di + dp); normal.selfadjointView<Lower>().rankUpdate(slopes.transpose()); sink = (slopes.transpose() * result)[0];
     }
 };
 
-static float read_sum(const std::vector<float>& v) {
+// Cubic synthesis in place on (height, width, 3), finest lattice last; ends as in our transform. Whole rows where they are dense.
+struct Lifting {
+    std::vector<float> source, a; int w = 0, h = 0, levels = 0;
+    void size(int l) { levels = l; w = (4 << l) + 1; h = (6 << l) + 1; }
+    void read(int l) { size(l); source = array<float>(); }
+    // to = scale * (to + f * p + g * q) for every coordinate of every s-th column.
+    void combine(float* to, const float* p, const float* q, int s, float f, float g, float scale) const {
+        if (s == 1) for (int i = 0; i < 3 * w; i++) to[i] = scale * (to[i] + f * p[i] + g * q[i]);
+        else for (int i = 0; i < 3 * w; i += 3 * s) for (int k = i; k < i + 3; k++) to[k] = scale * (to[k] + f * p[k] + g * q[k]);
+    }
+    void down(int s) {
+        auto row = [&](int y) { return &a[size_t(y) * w * 3]; };
+        for (int y = 2 * s; y + 2 * s < h; y += 2 * s) combine(row(y), row(y - s), row(y + s), s, -0.375f, -0.375f, 0.5f);
+        for (int y = s; y < h; y += 2 * s) combine(row(y), row(y - s), row(y + s), s, y == s ? 0.5f : 1.f, y + s == h - 1 ? 0.5f : 1.f, 1.f);
+        for (int y = 2 * s; y + 2 * s < h; y += 2 * s) combine(row(y), row(y - s), row(y + s), s, 0.25f, 0.25f, 1.f);
+    }
+    void across(float* r, int s) const {
+        const int d = 3 * s, last = 3 * (w - 1);
+        for (int i = 2 * d; i < last; i += 2 * d) for (int k = i; k < i + 3; k++) r[k] = 0.5f * (r[k] - 0.375f * (r[k - d] + r[k + d]));
+        for (int k = 0; k < 3; k++) r[d + k] += 0.5f * r[k] + (2 * d == last ? 0.5f : 1.f) * r[2 * d + k];
+        for (int i = 3 * d; i + d < last; i += 2 * d) for (int k = i; k < i + 3; k++) r[k] += r[k - d] + r[k + d];
+        if (2 * d < last) for (int k = last - d; k < last - d + 3; k++) r[k] += r[k - d] + 0.5f * r[k + d];
+        for (int i = 2 * d; i < last; i += 2 * d) for (int k = i; k < i + 3; k++) r[k] += 0.25f * (r[k - d] + r[k + d]);
+    }
+    void lift() {
+        for (int s = 1 << (levels - 1); s >= 1; s /= 2) {
+            down(s);
+            for (int y = 0; y < h; y += s) across(&a[size_t(y) * w * 3], s);
+        }
+    }
+    void run() { a = source; lift(); }
+};
+
+// A bilinear model of 10 x 5 weights for each coefficient, then the synthesis.
+struct Locals {
+    static const int di = 10, dp = 5; Lifting grid; int n = 0;
+    std::vector<float> mean, core, x, y; std::vector<int> place;  // core: coefficient, coordinate, weights
+    void make() {
+        grid.size(5); n = grid.w * grid.h; grid.a.resize(3 * n);
+        mean.resize(3 * n); core.resize(size_t(3 * n) * di * dp); x.resize(n * di); y.resize(n * dp);
+        for (int k = 0; k < 3 * n; k++) mean[k] = noise(7000000 + k);
+        for (int t = 0; t < di * dp; t++) for (int k = 0; k < 3 * n; k++) core[size_t(k) * di * dp + t] = noise(7000000 + 3 * n * (1 + t) + k);
+        for (int k = 0; k < n * di; k++) x[k] = noise(8000000 + k);
+        for (int k = 0; k < n * dp; k++) y[k] = noise(9000000 + k);
+        // Coefficients stand level by level, the base first, inside a level by rows of the finest grid.
+        for (int level = 0; level <= 5; level++) {
+            int s = 1 << (5 - level);
+            for (int r = 0; r < grid.h; r += s) for (int c = 0; c < grid.w; c += s)
+                if (level == 0 || r / s % 2 || c / s % 2) place.push_back(r * grid.w + c);
+        }
+    }
+    void run() {
+        for (int q = 0; q < n; q++) {
+            float k[di * dp];
+            for (int i = 0; i < di; i++) for (int j = 0; j < dp; j++) k[i * dp + j] = x[q * di + i] * y[q * dp + j];
+            for (int a = 0; a < 3; a++) {
+                const float* p = &core[size_t(3 * q + a) * di * dp]; float sum[2] = {mean[3 * q + a], 0};
+                sum[1] = Map<const Matrix<float, di * dp, 1>>(p).dot(Map<Matrix<float, di * dp, 1>>(k));
+                grid.a[3 * place[q] + a] = sum[0] + sum[1];
+            }
+        }
+        grid.lift();
+    }
+};
+
+static float read_sum(const float* v, size_t n) {
     float a[128] = {};
-    for (size_t i = 0; i + 128 <= v.size(); i += 128) for (int l = 0; l < 128; l++) a[l] += v[i + l];
+    for (size_t i = 0; i + 128 <= n; i += 128) for (int l = 0; l < 128; l++) a[l] += v[i + l];
     float s = 0; for (float x : a) s += x;
     return s;
+}
+
+// work(part, parts) on all threads at once, from the first start to the last end.
+static std::vector<double> seconds(int threads, int samples, const std::function<void(int, int)>& work) {
+    std::vector<std::vector<double>> start(threads, std::vector<double>(samples)), end = start;
+    std::atomic<int> ready{0};
+    auto body = [&](int id) {
+        for (int s = 0; s < samples; s++) {
+            if (threads > 1) { ready++; while (ready < threads * (s + 1)) std::this_thread::yield(); }
+            start[id][s] = now(); work(id, threads); end[id][s] = now();
+        }
+    };
+    std::vector<std::thread> others;
+    for (int id = 1; id < threads; id++) others.emplace_back(body, id);
+    body(0);
+    for (auto& other : others) other.join();
+    std::vector<double> out(samples);
+    for (int s = 0; s < samples; s++) {
+        double first = start[0][s], last = end[0][s];
+        for (int id = 1; id < threads; id++) { first = std::min(first, start[id][s]); last = std::max(last, end[id][s]); }
+        out[s] = last - first;
+    }
+    return out;
 }
 
 int main(int, char** argv) {
     file.open(argv[1], std::ios::binary);
     Body body; body.read();
+    Face face; face.make();
     Lifting small, large; small.read(5); large.read(6);
+    Locals locals; locals.make();
     auto points = array<float>();
     Map<Matrix3Xf> X(points.data(), 3, points.size() / 3);
     Matrix3Xf Y = ((1.1f * AngleAxisf(0.3f, Vector3f(1, 2, 3).normalized()).toRotationMatrix()) * X).colwise() + Vector3f(1, 2, 3);
     for (int i = 0; i < body.n; i++) for (int a = 0; a < 3; a++) body.rest[size_t(i / 16) * 48 + 16 * a + i % 16] = body.mean[3 * i + a];
-    std::map<std::string, std::function<void()>> jobs = {
-        {"skin_vertices", [&] { body.eigen(0); }}, {"skin_blocks", [&] { body.plain(0); }},
-        {"body20_eigen", [&] { body.eigen(20); }}, {"body20_blocks", [&] { body.plain(20); }},
-        {"body100_eigen", [&] { body.eigen(100); }}, {"body100_blocks", [&] { body.plain(100); }},
-        {"wavelet5", [&] { small.run(); }}, {"wavelet6", [&] { large.run(); }},
-        {"rigid", [&] { sink = umeyama(X, Y, true)(0, 0); }},
+    typedef std::function<void(int, int)> Work;
+    // The motions of the joints belong to the job; one thread alone makes them.
+    auto posed = [&](int d) { return [&body, d](int part, int parts) { if (part == 0) body.pose(d); body.plain(d, part, parts); }; };
+    auto blocks = [&](void (Face::*job)(int, int)) {
+        return [&face, job](int part, int parts) { (face.*job)(Face::blocks * part / parts, Face::blocks * (part + 1) / parts); };
+    };
+    auto whole = [](std::function<void()> job) { return [job](int, int) { job(); }; };
+    struct Result { Work work; const float* numbers; size_t count; };
+    auto on = [&](Work work, const std::vector<float>& out) { return Result{work, out.data(), out.size()}; };
+    std::vector<float> none; small.a = small.source; large.a = large.source;
+    std::map<std::string, Result> jobs = {
+        {"skin_vertices", on(whole([&] { body.eigen(0); }), body.out)}, {"skin_blocks", on(posed(0), body.out)},
+        {"body20_eigen", on(whole([&] { body.eigen(20); }), body.out)}, {"body20_blocks", on(posed(20), body.out)},
+        {"body100_eigen", on(whole([&] { body.eigen(100); }), body.out)}, {"body100_blocks", on(posed(100), body.out)},
+        {"face_blocks", on(blocks(&Face::full), face.out)}, {"face_fixed", on(blocks(&Face::fixed), face.out)},
+        {"face_jacobian", on(blocks(&Face::derivatives), face.values)},
+        {"face_eigen", {whole([&] { face.gemv(); }), face.result.data(), size_t(face.result.size())}},
+        {"face_fused", {whole([&] { face.fused(); }), face.result.data(), size_t(face.result.size())}},
+        {"face_normal", on(whole([&] { face.equations(); }), none)},
+        {"wavelet5", on(whole([&] { small.run(); }), small.a)}, {"wavelet6", on(whole([&] { large.run(); }), large.a)},
+        {"locals", on(whole([&] { locals.run(); }), locals.grid.a)},
+        {"rigid", on(whole([&] { sink = umeyama(X, Y, true)(0, 0); }), none)},
     };
     printf("ready Eigen %d.%d.%d\n", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION); fflush(stdout);
     char job[32]; int threads, samples; std::vector<float> set;
     while (scanf("%31s %d %d", job, &threads, &samples) == 3) {
-        std::string name = job; std::vector<double> seconds; double sum = 0; size_t bytes = 0;
+        std::string name = job; std::vector<double> times; double sum = 0; size_t bytes = 0;
         if (name.rfind("read_", 0) == 0) {  // read_KILOBYTES
-            set.assign(size_t(atol(job + 5)) * 256 / 128 * 128, 1.f); bytes = 4 * set.size();
-            for (int s = 0; s < samples; s++) { double t = now(); sink = read_sum(set); seconds.push_back(now() - t); }
+            set.assign(size_t(atol(job + 5)) * 256 / 256 * 256, 1.f); bytes = 4 * set.size();
+            times = seconds(threads, samples, [&](int part, int parts) { size_t own = set.size() / parts; sink = read_sum(&set[part * own], own); });
         } else {
-            auto& run = jobs.at(name);
-            for (int s = 0; s < samples; s++) { double t = now(); run(); seconds.push_back(now() - t); }
-            const std::vector<float>& result = name == "wavelet5" ? small.a : name == "wavelet6" ? large.a : body.out;
-            for (float x : result) sum += x;
+            Result& result = jobs.at(name);
+            times = seconds(threads, samples, result.work);
+            for (size_t i = 0; i < result.count; i++) sum += result.numbers[i];
         }
         printf("%zu %.9g", bytes, sum);
-        for (double s : seconds) printf(" %.9g", s);
+        for (double s : times) printf(" %.9g", s);
         printf("\n"); fflush(stdout);
     }
 }

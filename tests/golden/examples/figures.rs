@@ -1,4 +1,4 @@
-//! Runs the golden vectors and their negative control on this processor: `cargo run --release -p habitus-golden --example figures -- plain|avx2|avx512`.
+//! Runs the golden vectors and their negative control on this processor: `cargo run --release -p habitus-golden --example figures -- plain|avx2`.
 //!
 //! Prints each failing case, then the figures as lines `@name value`; `@unsupported 1` alone where the processor lacks these vectors.
 
@@ -15,12 +15,10 @@ fn main() -> ExitCode {
         "plain" => figures(&Plain),
         #[cfg(target_arch = "x86_64")]
         "avx2" => pulp::x86::V3::try_new().map_or_else(unsupported, |arch| figures(&wide::Avx2(arch))),
-        #[cfg(target_arch = "x86_64")]
-        "avx512" => pulp::x86::V4::try_new().map_or_else(unsupported, |arch| figures(&wide::Avx512(arch))),
         #[cfg(not(target_arch = "x86_64"))]
-        "avx2" | "avx512" => unsupported(),
+        "avx2" => unsupported(),
         other => {
-            eprintln!("`{other}` is no way to run the vectors: plain, avx2 or avx512");
+            eprintln!("`{other}` is no way to run the vectors: plain or avx2");
             ExitCode::from(2)
         }
     }

@@ -37,7 +37,7 @@ mod wide;
 
 #[cfg(target_arch = "x86_64")]
 mod dispatched {
-    use super::wide::{Avx2, Avx512};
+    use super::wide::Avx2;
     use super::*;
 
     #[test]
@@ -45,14 +45,6 @@ mod dispatched {
         match pulp::x86::V3::try_new() {
             Some(arch) => assert_equal_bits("AVX2", &Avx2(arch)),
             None => eprintln!("dispatched_avx2: skipped, this processor has no AVX2"),
-        }
-    }
-
-    #[test]
-    fn dispatched_avx512() {
-        match pulp::x86::V4::try_new() {
-            Some(arch) => assert_equal_bits("AVX-512", &Avx512(arch)),
-            None => eprintln!("dispatched_avx512: skipped, this processor has no AVX-512"),
         }
     }
 }

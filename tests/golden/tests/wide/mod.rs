@@ -23,13 +23,3 @@ impl Backend for Avx2 {
         self.0.vectorize(Inside(kernel))
     }
 }
-
-/// The core inside a wrapper for 512-bit vectors.
-pub struct Avx512(pub pulp::x86::V4);
-
-impl Backend for Avx512 {
-    #[inline(always)]
-    fn within<K: Kernel>(&self, kernel: K) -> K::Output {
-        self.0.vectorize(Inside(kernel))
-    }
-}

@@ -1,0 +1,140 @@
+//! Bilinear faces: 5996 vertices by 30 x 7 in every storage, and the large model of 26719 vertices by 100 x 25.
+
+use std::error::Error;
+use std::hint::black_box;
+
+use habitus::evaluate::{evaluate, evaluate_parallel, linearise, linearise_parallel, normal_equations, prepared};
+use habitus_core::fit::{Frame, Sample, SurfacePoint, normal_equations_req};
+use habitus_core::format::{Checksums, ElementType, Mode, Model};
+use habitus_core::generator::prepared::prepared_req;
+use habitus_core::generator::{Generator, NUMBERS, Weights};
+use habitus_core::quantise::{F16, I8, Storage};
+use habitus_core::rotation::similarity::Similarity;
+
+use super::{Bench, Job};
+use crate::workload::{BIG, ModelMemory, SMALL, Size};
+
+/// Bytes of a block of one term in each storage.
+const TERM: [(ElementType, f64); 3] = [(ElementType::F32, 192.0), (ElementType::F16, 96.0), (ElementType::I8, 72.0)];
+
+/// Bytes of all coefficients and, twice, because a store fetches its line first, of the result.
+fn bytes(size: Size, term: f64) -> f64 {
+    let blocks = size.vertices.div_ceil(16) as f64;
+    (192.0 + term * (size.identity * size.pose) as f64) * blocks + 24.0 * size.vertices as f64
+}
+
+/// The small model.
+///
+/// # Errors
+/// When a program fails or results differ.
+pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
+    let memory = ModelMemory::new(SMALL, 0);
+    let generator = memory.generator();
+    let weights = Weights { identity: &memory.identity, pose: &memory.pose };
+    let (n, blocks, dim) = (SMALL.vertices, generator.block_count(), generator.dim());
+    let title = |what: &str| format!("face {n} v, {} x {}, {what}", SMALL.identity, SMALL.pose);
+    let mut out = vec![0.0; 3 * n];
+    let job = Job::new(title("full"), bytes(SMALL, 192.0)).plain("face_blocks").within(1.0 / 0.85);
+    let job = job.peer("face_eigen", "Eigen gemv", Some(1.0));
+    bench.row(&job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
+    bench.expect("face_eigen", &out, 1e-6)?;
+    bench.expect("face_blocks", &out, 1e-6)?;
+    bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))?;
+    for (element, term) in &TERM[1..] {
+        let stored = memory.stored(*element);
+        let job = Job::new(title(&format!("full, {element:?}")), bytes(SMALL, *term));
+        match element {
+            ElementType::F16 => stored_rows::<F16<'_>>(bench, &job, &stored, weights, n)?,
+            _ => stored_rows::<I8<'_>>(bench, &job, &stored, weights, n)?,
+        }
+    }
+    let mut columns = vec![0.0; prepared_req(&generator, Mode::Identity, &(0..blocks)).numbers()];
+    let form = prepared(&generator, Mode::Identity, &memory.identity, 0..blocks, &mut columns)?;
+    let free = Weights { identity: &[], pose: &memory.pose };
+    let moved = (192 * blocks * (1 + SMALL.pose) + 24 * n) as f64;
+    let job = Job::new(title("identity fixed"), moved).plain("face_fixed");
+    bench.row(&job, || Ok(evaluate(&form, free, 0..n, black_box(&mut out))?))?;
+    bench.row(&job.on(2), || Ok(evaluate_parallel(&form, free, 0..n, black_box(&mut out), 2)?))?;
+
+    let (mut values, mut jacobian) = (vec![0.0; NUMBERS * blocks], vec![0.0; NUMBERS * blocks * dim]);
+    let moved = (192 * blocks * (1 + SMALL.identity * SMALL.pose + 2 * (1 + dim))) as f64;
+    let job = Job::new(title("value + Jacobian"), moved).plain("face_jacobian").within(1.7);
+    let job = job.peer("face_fused", "C++ fused loop", Some(0.25));
+    bench.row(&job, || Ok(linearise(&generator, weights, 0..blocks, black_box(&mut values), &mut jacobian)?))?;
+    bench.expect("face_fused", &values, 1e-6)?;
+    bench.row(&job.on(2), || {
+        Ok(linearise_parallel(&generator, weights, 0..blocks, black_box(&mut values), &mut jacobian, 2)?)
+    })?;
+
+    let sample = |vertex: usize| {
+        let target = [0, 1, 2].map(|axis| out[3 * vertex + axis] + 0.1);
+        Sample { point: SurfacePoint::vertex(vertex as u32), target, normal: None, weight: 1.0 }
+    };
+    let samples: Vec<Sample> = (0..n).map(sample).collect();
+    let (mut jtj, mut jtr) = (vec![0.0; dim * dim], vec![0.0; dim]);
+    let mut workspace = vec![0.0; normal_equations_req(dim, Frame::Fixed).numbers()];
+    let job = Job::new(title("normal equations of all vertices"), bytes(SMALL, 192.0));
+    let job = job.peer("face_normal", "C++ fused loop + Eigen rank update", None);
+    bench.row(&job, || {
+        let at = &Similarity::IDENTITY;
+        let (jtj, jtr, workspace) = (black_box(&mut jtj), &mut jtr, &mut workspace);
+        normal_equations(&generator, weights, &samples[..], at, Frame::Fixed, jtj, jtr, workspace)?;
+        Ok(())
+    })
+}
+
+fn stored_rows<'a, S: Storage<'a>>(
+    bench: &mut Bench<'_>,
+    job: &Job,
+    file: &'a [u8],
+    weights: Weights<'_>,
+    n: usize,
+) -> Result<(), Box<dyn Error>>
+where
+    habitus_core::generator::bilinear::Bilinear<'a, S>: Sync,
+{
+    let generator = Model::open_with(file, Checksums::Skip)?.bilinear_in::<S>()?;
+    let mut out = vec![0.0; 3 * n];
+    bench.row(job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
+    bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))
+}
+
+/// The large model, one storage after another; the peer is one of that model.
+///
+/// # Errors
+/// When a program fails or results differ.
+pub fn large(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
+    let memory = ModelMemory::new(BIG, 0);
+    let weights = Weights { identity: &memory.identity, pose: &memory.pose };
+    let n = BIG.vertices;
+    let title = |what: &str| format!("face {n} v, {} x {}, {what}", BIG.identity, BIG.pose);
+    let f32_times = {
+        let generator = memory.generator();
+        let mut out = vec![0.0; 3 * n];
+        let job = Job::new(title("full"), bytes(BIG, 192.0)).within(1.0 / 0.85).long();
+        bench.row(&job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
+        bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))?;
+        let blocks = generator.block_count();
+        let mut columns = vec![0.0; prepared_req(&generator, Mode::Identity, &(0..blocks)).numbers()];
+        let form = prepared(&generator, Mode::Identity, &memory.identity, 0..blocks, &mut columns)?;
+        let free = Weights { identity: &[], pose: &memory.pose };
+        let moved = (192 * blocks * (1 + BIG.pose) + 24 * n) as f64;
+        let job = Job::new(title("identity fixed"), moved);
+        bench.row(&job, || Ok(evaluate(&form, free, 0..n, black_box(&mut out))?))?;
+        bench.row(&job.on(2), || Ok(evaluate_parallel(&form, free, 0..n, black_box(&mut out), 2)?))?;
+        bench.rows[bench.rows.len() - 4].ours
+    };
+    for (element, term) in &TERM[1..] {
+        let stored = memory.stored(*element);
+        let job = Job::new(title(&format!("full, {element:?}")), bytes(BIG, *term)).long();
+        match element {
+            ElementType::F16 => stored_rows::<F16<'_>>(bench, &job, &stored, weights, n)?,
+            _ => stored_rows::<I8<'_>>(bench, &job, &stored, weights, n)?,
+        }
+    }
+    // Bytes are to be twice as fast as numbers of 32 bits.
+    if let [.., bytes, _] = bench.rows.as_mut_slice() {
+        (bytes.peer, bytes.peer_name, bytes.targets[0]) = (Some(f32_times), "ours in f32", Some(0.5));
+    }
+    Ok(())
+}
