@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 /// Flags of the C++ compiler.
-pub const FLAGS: [&str; 4] = ["-O3", "-march=native", "-std=c++17", "-pthread"];
+pub const FLAGS: [&str; 5] = ["-O3", "-march=native", "-fno-math-errno", "-std=c++17", "-pthread"];
 
 /// The compiled program; the folder goes with it.
 pub struct Program {

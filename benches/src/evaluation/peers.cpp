@@ -64,10 +64,11 @@ struct Body {
     }
     // One vertex after another, a blended matrix for each.
     void skin_vertices(const float* v) {
+        const float *w = weight.data(), *motion = motions.data(); const int* bone = held.data(); float* to = out.data();
         for (int i = 0; i < n; i++) {
-            float m[12] = {};
-            for (int k = 0; k < 4; k++) for (int e = 0; e < 12; e++) m[e] += weight[4 * i + k] * motions[12 * held[4 * i + k] + e];
-            for (int a = 0; a < 3; a++) out[3 * i + a] = m[4 * a] * v[3 * i] + m[4 * a + 1] * v[3 * i + 1] + m[4 * a + 2] * v[3 * i + 2] + m[4 * a + 3];
+            float m[12] = {}, x = v[3 * i], y = v[3 * i + 1], z = v[3 * i + 2];
+            for (int k = 4 * i; k < 4 * i + 4; k++) { const float* of = motion + 12 * bone[k]; for (int e = 0; e < 12; e++) m[e] += w[k] * of[e]; }
+            for (int a = 0; a < 3; a++) to[3 * i + a] = m[4 * a] * x + m[4 * a + 1] * y + m[4 * a + 2] * z + m[4 * a + 3];
         }
     }
     void eigen(int d) {
@@ -282,7 +283,7 @@ int main(int, char** argv) {
     auto on = [&](Work work, const std::vector<float>& out) { return Result{work, out.data(), out.size()}; };
     std::vector<float> none; small.a = small.source; large.a = large.source;
     std::map<std::string, Result> jobs = {
-        {"skin_vertices", on(whole([&] { body.eigen(0); }), body.out)}, {"skin_blocks", on(posed(0), body.out)},
+        {"skin_vertices", on(whole([&] { body.pose(0); body.skin_vertices(body.mean.data()); }), body.out)}, {"skin_blocks", on(posed(0), body.out)},
         {"body20_eigen", on(whole([&] { body.eigen(20); }), body.out)}, {"body20_blocks", on(posed(20), body.out)},
         {"body100_eigen", on(whole([&] { body.eigen(100); }), body.out)}, {"body100_blocks", on(posed(100), body.out)},
         {"face_blocks", on(blocks(&Face::full), face.out)}, {"face_fixed", on(blocks(&Face::fixed), face.out)},

@@ -104,7 +104,7 @@ impl<'a, S: Storage<'a>> Bilinear<'a, S> {
     #[inline(always)]
     fn identity_column(&self, terms: S::Terms, pose: &[f32]) -> Block {
         let (linear, bilinear) = self.identity_terms(terms);
-        let mut sum = linear.map_or_else(TermOf::<'a, S>::zero, Term::start);
+        let mut sum = started(linear);
         for (term, &y) in bilinear.iter().zip(pose) {
             sum = term.add_to(sum, y);
         }
@@ -130,6 +130,15 @@ impl<'a, S: Storage<'a>> Parts<'a, S> {
         for (column, term) in columns.iter_mut().zip(self.pose_linear.iter()) {
             term.block().store(column);
         }
+    }
+}
+
+/// The sum that begins with the linear term, where there is one. Not by `map_or_else`: that is not inlined, and LLVM then sums bytes one by one.
+#[inline(always)]
+fn started<T: Term>(linear: Option<T>) -> T::Sum {
+    match linear {
+        Some(term) => term.start(),
+        None => T::zero(),
     }
 }
 
@@ -167,7 +176,7 @@ impl<'a, S: Storage<'a>> Generator for Bilinear<'a, S> {
         let identity = parts.identity.groups(self.stride()).zip(at.weights.identity);
         for ((terms, &x), column) in identity.zip(by_identity) {
             let (linear, bilinear) = self.identity_terms(terms);
-            let mut sum = linear.map_or_else(TermOf::<'a, S>::zero, Term::start);
+            let mut sum = started(linear);
             for ((term, &y), by_pose) in bilinear.iter().zip(at.weights.pose).zip(by_pose.iter_mut()) {
                 sum = term.add_to(sum, y);
                 Block::load(by_pose).plus_scaled(x, &term.block()).store(by_pose);
@@ -188,7 +197,10 @@ impl<'a, S: Storage<'a>> Generator for Bilinear<'a, S> {
         }
         for (terms, &x) in parts.identity.groups(self.stride()).zip(at.weights.identity) {
             let (linear, bilinear) = self.identity_terms(terms);
-            let mut sum = linear.map_or_else(TermOf::<'a, S>::lane_zero, |term| term.lane_start(lane));
+            let mut sum = match linear {
+                Some(term) => term.lane_start(lane),
+                None => TermOf::<'a, S>::lane_zero(),
+            };
             for (term, &y) in bilinear.iter().zip(at.weights.pose) {
                 sum = term.lane_add_to(lane, sum, y);
             }
@@ -211,7 +223,10 @@ impl<'a, S: Storage<'a>> Generator for Bilinear<'a, S> {
         let identity = parts.identity.groups(self.stride()).zip(at.weights.identity);
         for ((terms, &x), column) in identity.zip(by_identity) {
             let (linear, bilinear) = self.identity_terms(terms);
-            let mut sum = linear.map_or_else(TermOf::<'a, S>::lane_zero, |term| term.lane_start(lane));
+            let mut sum = match linear {
+                Some(term) => term.lane_start(lane),
+                None => TermOf::<'a, S>::lane_zero(),
+            };
             for ((term, &y), by_pose) in bilinear.iter().zip(at.weights.pose).zip(by_pose.iter_mut()) {
                 sum = term.lane_add_to(lane, sum, y);
                 *by_pose = plus_scaled(*by_pose, x, term.lane(lane));

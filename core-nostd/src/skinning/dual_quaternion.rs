@@ -106,8 +106,9 @@ impl<const N: usize> Screws<N> {
     }
 
     #[inline(always)]
-    fn divided(&self, vectors: Axes<N>) -> Axes<N> {
-        vectors.map(|axis| each::<N>(|l| at(&axis, l) * at(&self.inverse, l)))
+    fn divided(&self, [x, y, z]: Axes<N>) -> Axes<N> {
+        let axis = |axis: &Numbers<N>| each::<N>(|l| at(axis, l) * at(&self.inverse, l));
+        [axis(&x), axis(&y), axis(&z)]
     }
 
     /// Where points go: the sum of both, times `1 / |r|^2`, where `|r|^2 = w^2 + u.u`.
@@ -125,7 +126,7 @@ impl<const N: usize> Screws<N> {
     /// Derivative of the positions by a change of the dual parts, one dual part weighted for each vertex: `2 d r*` of the change, times `1 / |r|^2`.
     #[inline(always)]
     pub(crate) fn by_dual(&self, dual: [f32; 4], weights: &Numbers<N>) -> Axes<N> {
-        let [d, e @ ..] = dual.map(|part| each::<N>(|l| at(weights, l) * part));
+        let [d, e @ ..] = weighted(dual, weights);
         self.divided(self.shift(&d, &e))
     }
 
@@ -141,8 +142,8 @@ impl<const N: usize> Screws<N> {
         (turn, dual): ([f32; 4], [f32; 4]),
         weights: &Numbers<N>,
     ) -> Axes<N> {
-        let [dw, du @ ..] = turn.map(|part| each::<N>(|l| at(weights, l) * part));
-        let [dd, de @ ..] = dual.map(|part| each::<N>(|l| at(weights, l) * part));
+        let [dw, du @ ..] = weighted(turn, weights);
+        let [dd, de @ ..] = weighted(dual, weights);
         let (real, imaginary) = (each::<N>(|l| at(&self.w, l) * at(&dw, l)), dot(&self.u, &du));
         let square = each::<N>(|l| 2.0 * (at(&real, l) - at(&imaginary, l)));
         let norm = each::<N>(|l| -2.0 * (at(&real, l) + at(&imaginary, l)));
@@ -166,7 +167,19 @@ fn at<const N: usize>(numbers: &Numbers<N>, lane: usize) -> f32 {
 /// One number for each lane.
 #[inline(always)]
 fn each<const N: usize>(number: impl Fn(usize) -> f32) -> Numbers<N> {
-    core::array::from_fn(number)
+    // Not by `array::from_fn`: that is not inlined into this many calls, and what is not inlined has narrow vectors.
+    let mut numbers = [0.0; N];
+    for (lane, to) in numbers.iter_mut().enumerate() {
+        *to = number(lane);
+    }
+    numbers
+}
+
+/// A quaternion times the weight of each lane.
+#[inline(always)]
+fn weighted<const N: usize>([w, x, y, z]: [f32; 4], weights: &Numbers<N>) -> [Numbers<N>; 4] {
+    let part = |part: f32| each::<N>(|l| at(weights, l) * part);
+    [part(w), part(x), part(y), part(z)]
 }
 
 #[inline(always)]

@@ -42,25 +42,73 @@ fn relative<R: Real>(points: &[[R; 3]; LANES], [x0, y0, z0]: [R; 3]) -> [[R; LAN
     out
 }
 
-/// Sums of p (3), q (3), p_i q_j (9), and of p_i p_j for i <= j (6).
+/// Groups of [`LANES`] pairs whose products are summed while the sums stay in registers; one where memory is short.
+const GROUPS: usize = if cfg!(feature = "inline-kernels") { 16 } else { 1 };
+
+/// One number of each of sixteen pairs.
+type Lane<R> = [R; LANES];
+
+/// Points of both sides, by axes.
+type Group<R> = [[Lane<R>; 3]; 2];
+
+/// Adds to each of the sums, over all groups: `terms` gives what a group adds.
 #[inline(always)]
-fn add_lanes<R: Real>(sums: &mut [[R; LANES]; 21], p: &[[R; LANES]; 3], q: &[[R; LANES]; 3]) {
-    let mut next = sums.iter_mut();
-    for axis in p.iter().chain(q) {
-        if let Some(sum) = next.next() {
-            sum.iter_mut().zip(axis).for_each(|(sum, value)| *sum += *value);
+fn add_each<const N: usize, R: Real>(
+    sums: &mut [Lane<R>; N],
+    groups: &[Group<R>],
+    terms: impl Fn(&Group<R>) -> [[Lane<R>; 2]; N],
+    add: impl Fn(R, [R; 2]) -> R,
+) {
+    let mut local = *sums;
+    for group in groups {
+        for (sum, [a, b]) in local.iter_mut().zip(&terms(group)) {
+            for (sum, (&a, &b)) in sum.iter_mut().zip(a.iter().zip(b)) {
+                *sum = add(*sum, [a, b]);
+            }
         }
     }
-    let mut add = |a: &[R; LANES], b: &[R; LANES]| {
-        if let Some(sum) = next.next() {
-            sum.iter_mut().zip(a.iter().zip(b)).for_each(|(sum, (a, b))| *sum += *a * *b);
-        }
-    };
-    for a in p {
-        q.iter().for_each(|b| add(a, b));
+    *sums = local;
+}
+
+/// Sums of the lanes.
+struct Sums<R> {
+    /// Of `p`, of `q`.
+    points: [[Lane<R>; 3]; 2],
+    /// Of `p_i q_j`.
+    cross: [[Lane<R>; 3]; 3],
+    /// Of `p_i p_j` for i <= j.
+    spread: ([Lane<R>; 3], [Lane<R>; 2], [Lane<R>; 1]),
+}
+
+impl<R: Real> Sums<R> {
+    #[inline(always)]
+    fn zero() -> Self {
+        let zero = [R::ZERO; LANES];
+        Sums { points: [[zero; 3]; 2], cross: [[zero; 3]; 3], spread: ([zero; 3], [zero; 2], [zero]) }
     }
-    for (i, a) in p.iter().enumerate() {
-        p.iter().skip(i).for_each(|b| add(a, b));
+
+    #[inline(always)]
+    fn add(&mut self, groups: &[Group<R>]) {
+        let sum = |sum, [value, _]: [R; 2]| sum + value;
+        let product = |sum, [a, b]: [R; 2]| sum + a * b;
+        let [p, q] = &mut self.points;
+        add_each(p, groups, |[[x, y, z], _]| [[*x, *x], [*y, *y], [*z, *z]], sum);
+        add_each(q, groups, |[_, [x, y, z]]| [[*x, *x], [*y, *y], [*z, *z]], sum);
+        let [by_x, by_y, by_z] = &mut self.cross;
+        add_each(by_x, groups, |[[p, _, _], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
+        add_each(by_y, groups, |[[_, p, _], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
+        add_each(by_z, groups, |[[_, _, p], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
+        let (x_with, y_with, z_with) = &mut self.spread;
+        add_each(x_with, groups, |[[x, y, z], _]| [[*x, *x], [*x, *y], [*x, *z]], product);
+        add_each(y_with, groups, |[[_, y, z], _]| [[*y, *y], [*y, *z]], product);
+        add_each(z_with, groups, |[[_, _, z], _]| [[*z, *z]], product);
+    }
+
+    /// In the order of the fields.
+    #[inline(always)]
+    fn lanes(&self) -> impl Iterator<Item = &Lane<R>> {
+        let (x, y, z) = &self.spread;
+        self.points.iter().flatten().chain(self.cross.iter().flatten()).chain(x).chain(y).chain(z)
     }
 }
 
@@ -95,32 +143,36 @@ impl<R: Real> Moments<R> {
 
     /// Adds many pairs of weight 1, side by side.
     ///
-    /// Order of operations: as [`Moments::add`], but lane `l` of sixteen sums the pairs `l`, `l + 16`, .. from zero; then the lanes are added in order.
+    /// Order of operations: as [`Moments::add`], but lane `l` of sixteen sums the pairs `l`, `l + 16`, .. from zero; then the lanes are added in order. The weight grows by their number.
     /// Errors: `DimensionMismatch` when there are not as many targets as sources. Panics: never.
     #[inline(always)]
     pub fn add_all(&mut self, sources: &[[R; 3]], targets: &[[R; 3]]) -> Result<(), Error> {
         check_len(sources.len(), targets.len())?;
         let (Some(&source), Some(&target)) = (sources.first(), targets.first()) else { return Ok(()) };
         let (p0, q0) = *self.origin.get_or_insert((source, target));
-        let mut sums = [[R::ZERO; LANES]; 21];
+        let mut sums = Sums::zero();
         let (pairs, rest) = sources.as_chunks::<LANES>();
         let (paired, paired_rest) = targets.as_chunks::<LANES>();
-        for (p, q) in pairs.iter().zip(paired) {
-            add_lanes(&mut sums, &relative(p, p0), &relative(q, q0));
+        let mut groups = [[[[R::ZERO; LANES]; 3]; 2]; GROUPS];
+        for (p, q) in pairs.chunks(GROUPS).zip(paired.chunks(GROUPS)) {
+            let mut count = 0;
+            for (group, (p, q)) in groups.iter_mut().zip(p.iter().zip(q)) {
+                *group = [relative(p, p0), relative(q, q0)];
+                count += 1;
+            }
+            sums.add(groups.get(..count).unwrap_or_default());
         }
         // The others of the last sixteen stand at the origin and add nothing.
         let (mut p, mut q) = ([p0; LANES], [q0; LANES]);
         p.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
         q.iter_mut().zip(paired_rest).for_each(|(to, from)| *to = *from);
-        add_lanes(&mut sums, &relative(&p, p0), &relative(&q, q0));
-        let mut totals = sums.iter().map(|lanes| lanes.iter().fold(R::ZERO, |sum, lane| sum + *lane));
+        sums.add(&[[relative(&p, p0), relative(&q, q0)]]);
+        let mut totals = sums.lanes().map(|lanes| lanes.iter().fold(R::ZERO, |sum, lane| sum + *lane));
         let cross = self.cross.iter_mut().flatten();
         for to in self.source.iter_mut().chain(&mut self.target).chain(cross).chain(&mut self.spread) {
             *to += totals.next().unwrap_or_default();
         }
-        for _ in sources {
-            self.weight += R::ONE;
-        }
+        self.weight += R::from_f64(sources.len() as f64);
         Ok(())
     }
 
