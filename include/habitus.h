@@ -412,6 +412,20 @@ enum hab_status {
 };
 
 /**
+ * Which wavelet the coefficients of a model belong to.
+ */
+enum hab_wavelet {
+    /**
+     * Cubic B-splines: smooth surfaces.
+     */
+    HAB_WAVELET_CUBIC = 0,
+    /**
+     * Hat functions.
+     */
+    HAB_WAVELET_BILINEAR = 1,
+};
+
+/**
  * What a failed call adds to its code.
  */
 typedef struct hab_error_detail {

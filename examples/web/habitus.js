@@ -112,6 +112,8 @@
     HAB_STATUS_CONVERGED: 0,
     HAB_STATUS_ITERATION_LIMIT: 1,
     HAB_STATUS_STALLED: 2,
+    HAB_WAVELET_CUBIC: 0,
+    HAB_WAVELET_BILINEAR: 1,
   });
   // For each struct its size, and for each member its offset, its type, and its length if it is an array.
   const STRUCTS = Object.freeze({
