@@ -21,6 +21,7 @@ mod wavelets;
 pub use body_models::{Shape, skinned};
 use models::Models;
 pub use stream::Stream;
+pub use wavelet_models::multiscale;
 
 /// Name and text of each file.
 pub fn written() -> Vec<(&'static str, String)> {
