@@ -12,7 +12,9 @@ use habitus_core::wavelet::Wavelet;
 
 use crate::body::altered;
 use crate::code::{Refusal, hab_code, hab_error_detail, length};
-use crate::fit::{frame_of, hab_frame, hab_placement, hab_sample, is_placement, optional, placement as numbers_of, similarity};
+use crate::fit::{
+    frame_of, hab_frame, hab_placement, hab_sample, is_placement, optional, placement as numbers_of, similarity,
+};
 use crate::measurements::Measurements;
 use crate::memory::{Arguments, Input, call};
 use crate::model::{Opened, hab_model, opened};
@@ -349,8 +351,7 @@ pub unsafe extern "C" fn hab_fit_levels(
         let (identity, pose, workspace) = unsafe { (identity.slice(), pose.slice(), workspace.slice()) };
         // SAFETY: the caller's promise.
         let samples = Measurements::Points(unsafe { samples.slice() });
-        let found =
-            wavelet!(&opened.generator, of => fit_wavelet(of, &samples, &options, identity, pose, &mut place, workspace))??;
+        let found = wavelet!(&opened.generator, of => fit_wavelet(of, &samples, &options, identity, pose, &mut place, workspace))??;
         // SAFETY: the caller's promise.
         unsafe { out_placement.set(numbers_of(&place)) };
         if let Some(out) = &out_report {
