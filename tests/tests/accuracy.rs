@@ -1,5 +1,8 @@
 //! Accuracy of the `f32` kernels against the same formula in `f64`, on random models, with the bound of rounding error analysis.
 
+// Indices are what the formulas are written in.
+#![allow(clippy::needless_range_loop)]
+
 use habitus_core::format::Model;
 use habitus_core::generator::{Generator, Weights};
 use habitus_core::wavelet::transform::{analysis, analysis_req};
