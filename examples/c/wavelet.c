@@ -2,8 +2,8 @@
  *
  *     wavelet MODEL.hab OUT.obj
  *
- * The mesh that is written is that of the fit. The library allocates nothing; here the file, the weights, the mesh and the workspaces are allocated, their sizes being those of
- * the model. */
+ * The mesh that is written is that of the fit. The library allocates nothing; here the file, the weights, the mesh and the workspaces are
+ * allocated, their sizes being those of the model. */
 #include <habitus.h>
 
 #include <inttypes.h>

@@ -1,5 +1,5 @@
-// Opens a wavelet model, shows it at every level of detail and through a window, and fits its coarse levels to its own landmarks, moved. The mesh that is
-// written is that of the fit.
+// Opens a wavelet model, shows it at every level of detail and through a window, and fits its coarse levels to its own landmarks, moved. The mesh
+// that is written is that of the fit.
 //
 //     wavelet MODEL.hab OUT.obj
 #include <habitus.hpp>

@@ -1,5 +1,5 @@
-//! The wavelet kernel against the slow reference, in every storage: levels, windows, derivatives, prepared forms and fits give the same bits; what is refused is refused for the
-//! reason that is documented, and leaves outputs and state alone.
+//! The wavelet kernel against the slow reference, in every storage: levels, windows, derivatives, prepared forms and fits give the same bits; what
+//! is refused is refused for the reason that is documented, and leaves outputs and state alone.
 
 use habitus_core::fit::{
     Frame as CoreFrame, Sample as CoreSample, SurfacePoint, WaveletOptions, fit_wavelet, fit_wavelet_req,

@@ -1,7 +1,7 @@
 //! A small wavelet model of known numbers, for programs and tests that need a file and no training.
 //!
-//! A bulging mask of 17 x 25 nodes, in bytes, with 2 x 2 weights for each coefficient. Only additions, multiplications and divisions make its numbers, so they are
-//! the same wherever this runs.
+//! A bulging mask of 17 x 25 nodes, in bytes, with 2 x 2 weights for each coefficient. Only additions, multiplications and divisions make its
+//! numbers, so they are the same wherever this runs.
 
 use crate::reference::model_file::{Extras, file};
 use crate::reference::multiscale::{Multiscale, Spread};

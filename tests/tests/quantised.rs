@@ -1,6 +1,8 @@
-//! What half precision and bytes cost a model: faces of the shared tensor, and wavelet models of procedural faces, over the 200 seeded shapes of `quantise`.
+//! What half precision and bytes cost a model: faces of the shared tensor, and wavelet models of procedural faces, over the 200 seeded shapes of
+//! `quantise`.
 //!
-//! The bounds are what was measured (`docs/numerics.md`), with a tenth more: training is not the same bits everywhere, and the figures have two digits or three.
+//! The bounds are what was measured (`docs/numerics.md`), with a tenth more: training is not the same bits everywhere, and the figures have two
+//! digits or three.
 
 use habitus::face::hosvd::{HosvdOptions, ModeSize, hosvd};
 use habitus::face::training_data;

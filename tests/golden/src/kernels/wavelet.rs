@@ -1,4 +1,5 @@
-//! The wavelet transform and fits of wavelet models. One copy of each function, whatever the backend: what the core compiles for wider vectors is the synthesis alone.
+//! The wavelet transform and fits of wavelet models. One copy of each function, whatever the backend: what the core compiles for wider vectors is
+//! the synthesis alone.
 
 use habitus_core::Error;
 use habitus_core::fit::{WaveletOptions, WaveletReport, fit_wavelet, fit_wavelet_req};
