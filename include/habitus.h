@@ -412,6 +412,20 @@ enum hab_status {
 };
 
 /**
+ * Which wavelet the coefficients of a model belong to.
+ */
+enum hab_wavelet {
+    /**
+     * Cubic B-splines: smooth surfaces.
+     */
+    HAB_WAVELET_CUBIC = 0,
+    /**
+     * Hat functions.
+     */
+    HAB_WAVELET_BILINEAR = 1,
+};
+
+/**
  * What a failed call adds to its code.
  */
 typedef struct hab_error_detail {
@@ -461,11 +475,11 @@ typedef struct hab_counts {
      */
     uint32_t n_vertices;
     /**
-     * Identity weights.
+     * Identity weights; of a wavelet model those of every coefficient that has weights, one coefficient after another.
      */
     uint32_t identity_dim;
     /**
-     * Pose weights.
+     * Pose weights, likewise.
      */
     uint32_t pose_dim;
     /**
@@ -720,6 +734,132 @@ typedef struct hab_sample {
     float weight;
 } hab_sample;
 
+/**
+ * The grid of a wavelet model, and which part of it is evaluated. Set struct_bytes to sizeof(hab_grid) before the call.
+ */
+typedef struct hab_grid {
+    /**
+     * sizeof(hab_grid), so that later versions can add members.
+     */
+    uint32_t struct_bytes;
+    /**
+     * Nodes of a row of the base.
+     */
+    uint32_t base_width;
+    /**
+     * Nodes of a column of the base.
+     */
+    uint32_t base_height;
+    /**
+     * Refinements of the base; each doubles the intervals of both axes.
+     */
+    uint32_t levels;
+    /**
+     * The transform, see hab_wavelet.
+     */
+    uint32_t wavelet;
+    /**
+     * The finest level whose coefficients have weights; finer ones stand at their mean.
+     */
+    uint32_t detail;
+    /**
+     * The level of the surface, whose nodes are the vertices.
+     */
+    uint32_t resolution;
+    /**
+     * Nodes of a row of the surface without a window.
+     */
+    uint32_t width;
+    /**
+     * Nodes of a column of the surface without a window.
+     */
+    uint32_t height;
+    /**
+     * Coefficients that have weights.
+     */
+    uint32_t n_coefficients;
+    /**
+     * First column of the window.
+     */
+    uint32_t first_column;
+    /**
+     * Columns of the window.
+     */
+    uint32_t n_columns;
+    /**
+     * First row of the window.
+     */
+    uint32_t first_row;
+    /**
+     * Rows of the window. Vertex v is in row first_row + v / n_columns and in column first_column + v % n_columns.
+     */
+    uint32_t n_rows;
+} hab_grid;
+
+/**
+ * How to fit level by level; hab_level_options_init fills it.
+ */
+typedef struct hab_level_options {
+    /**
+     * sizeof(hab_level_options), so that later versions can add members.
+     */
+    uint32_t struct_bytes;
+    /**
+     * Which placement is sought, see hab_frame: by Procrustes from the samples before every pass and in the end. Option 1 of HAB_BAD_OPTION.
+     */
+    uint32_t frame;
+    /**
+     * 1: identity weights are sought; 0: they are held. Option 2.
+     */
+    uint32_t identity;
+    /**
+     * The same for pose weights; option 3.
+     */
+    uint32_t pose;
+    /**
+     * Half the box of each weight, in standard deviations about its mean; above 0, infinity for no box; option 4. Weights that start outside may stay.
+     */
+    float kappa;
+    /**
+     * Pull of every weight to its mean: omega * deviation^2 is added to the squared distances, mm^2; at least 0; option 5.
+     */
+    float omega;
+    /**
+     * The first level that is fitted.
+     */
+    uint32_t first_level;
+    /**
+     * Levels that are fitted, coarse to fine, at least 1; option 6.
+     */
+    uint32_t n_levels;
+    /**
+     * Passes over the coefficients of a level, at least 1; option 7.
+     */
+    uint32_t passes;
+} hab_level_options;
+
+/**
+ * How a fit by levels ended. It has no struct_bytes and never grows.
+ */
+typedef struct hab_level_report {
+    /**
+     * Root of the weighted mean squared distance of the samples, millimetres.
+     */
+    float rms;
+    /**
+     * The same after the first placement.
+     */
+    float start_rms;
+    /**
+     * Passes over a level.
+     */
+    uint32_t passes;
+    /**
+     * Coefficients that a sample reaches, summed over the passes.
+     */
+    uint32_t reached;
+} hab_level_report;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -856,7 +996,7 @@ hab_code hab_model_text(const struct hab_model *model,
 
 /**
  * Weights of a mode from standard deviations, in the unit of the sections ..._SCALE: mean + deviation * scale for each weight. Deviations of 0 give the mean of the training
- * data. The way back is (weight - mean) / scale, with hab_model_read_f32.
+ * data. The way back is (weight - mean) / scale, with hab_model_read_f32. A wavelet model has a deviation for each weight of its levels.
  *
  * Returns HAB_OK, HAB_UNSUPPORTED when the file has no statistics, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH when a length is not that
  * of the mode, HAB_NOT_FINITE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
@@ -1218,6 +1358,103 @@ hab_code hab_fit_points(const struct hab_model *model,
                         void *workspace,
                         size_t workspace_bytes,
                         struct hab_fit_report *report,
+                        struct hab_error_detail *detail);
+
+/**
+ * The grid and its part.
+ *
+ * Returns HAB_OK, HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, or HAB_BAD_STRUCT when grid->struct_bytes is
+ * not set.
+ *
+ * Requires: `model` was opened; `grid` can be read and written; `detail` is null or can be written.
+ */
+hab_code hab_model_grid(const struct hab_model *model,
+                        struct hab_grid *grid,
+                        struct hab_error_detail *detail);
+
+/**
+ * Gives weights to the coefficients up to level detail_level alone, the finer ones standing at their mean, and evaluates the surface at the level resolution, whose nodes become
+ * the vertices; from the next hab_evaluation_init, hab_prepared_init or fit on. What was made before stays as it is, copies of the hab_model keep their own levels. The
+ * counts of the model change with it; the weights are a prefix of those of more levels. A window is given up. A model that is opened has all levels. No other thread
+ * may use the hab_model meanwhile.
+ *
+ * Returns HAB_OK, HAB_INDEX_OUT_OF_RANGE for a level that the grid has not, HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED,
+ * HAB_MISALIGNED, HAB_OVERLAP.
+ *
+ * Requires: `model` was opened and can be written; `detail` is null or can be written.
+ */
+hab_code hab_model_set_levels(struct hab_model *model,
+                              uint32_t detail_level,
+                              uint32_t resolution,
+                              struct hab_error_detail *detail);
+
+/**
+ * Evaluates a rectangle of nodes of the surface alone, in rows: they become the vertices, with the bits of the whole surface, for memory and time in proportion. Else as
+ * hab_model_set_levels.
+ *
+ * Returns HAB_OK, HAB_INDEX_OUT_OF_RANGE, HAB_EMPTY for no columns or no rows, HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED,
+ * HAB_OVERLAP.
+ *
+ * Requires: As hab_model_set_levels.
+ */
+hab_code hab_model_set_window(struct hab_model *model,
+                              uint32_t first_column,
+                              uint32_t n_columns,
+                              uint32_t first_row,
+                              uint32_t n_rows,
+                              struct hab_error_detail *detail);
+
+/**
+ * Fills options with: rigid frame, identity and pose sought, boxes of one standard deviation, no pull, four passes over level 0: the start of a fit to landmarks.
+ * options_bytes is sizeof(hab_level_options) of the program, so that a later library writes no more.
+ *
+ * Returns HAB_OK, HAB_NULL_POINTER, HAB_MISALIGNED, or HAB_BAD_STRUCT for a size that this library does not know.
+ *
+ * Requires: `options` points to `options_bytes` writable bytes.
+ */
+hab_code hab_level_options_init(struct hab_level_options *options,
+                                size_t options_bytes);
+
+/**
+ * Bytes of workspace that hab_fit_levels needs for so many samples and these levels.
+ *
+ * Returns HAB_OK, HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP.
+ *
+ * Requires: `model` was opened; `workspace_bytes` can be written; `detail` is null or can be written.
+ */
+hab_code hab_fit_levels_workspace_bytes(const struct hab_model *model,
+                                        size_t samples_len,
+                                        uint32_t first_level,
+                                        uint32_t n_levels,
+                                        size_t *workspace_bytes,
+                                        struct hab_error_detail *detail);
+
+/**
+ * Finds weights of a wavelet model from points on its vertices, level by level and one coefficient at a time, coarse to fine: thousands of small problems instead of one large
+ * one. Weights of other levels, and of coefficients that no sample reaches, stay.
+ *
+ * samples are at vertices, one barycentric weight being 1; those of a model's landmarks are HAB_SECTION_LANDMARKS, vertices of the whole surface. identity and pose hold the start (commonly
+ * hab_model_weights with deviations of 0) and receive the result; so does placement, whose start counts only for HAB_FRAME_FIXED. The workspace has
+ * hab_fit_levels_workspace_bytes. report may be null.
+ *
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_NOT_FINITE, HAB_INDEX_OUT_OF_RANGE (a level without weights or beyond the surface, or a vertex), HAB_BAD_SAMPLE (no vertex, or a normal that is
+ * neither zero nor of unit length), HAB_BAD_OPTION (8: a placement that is none), HAB_EMPTY, HAB_DEGENERATE, HAB_LIMIT_EXCEEDED, HAB_WORKSPACE_TOO_SMALL, HAB_UNSUPPORTED (no statistics of weights that are
+ * sought), HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
+ *
+ * Requires: `model` was opened; the others point to as many elements as are said; `report` and `detail` are null or can be written.
+ */
+hab_code hab_fit_levels(const struct hab_model *model,
+                        const struct hab_level_options *options,
+                        const struct hab_sample *samples,
+                        size_t samples_len,
+                        float *identity,
+                        size_t identity_len,
+                        float *pose,
+                        size_t pose_len,
+                        struct hab_placement *placement,
+                        void *workspace,
+                        size_t workspace_bytes,
+                        struct hab_level_report *report,
                         struct hab_error_detail *detail);
 
 #ifdef __cplusplus

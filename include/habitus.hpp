@@ -344,6 +344,9 @@ enum class blend : std::uint32_t { linear = HAB_BLEND_LINEAR, dual_quaternion = 
 /// Whether the joints of a skinned model follow the identity.
 enum class joints : std::uint32_t { regressed = HAB_JOINTS_REGRESSED, mean = HAB_JOINTS_MEAN };
 
+/// Which wavelet the coefficients of a model belong to.
+enum class wavelet : std::uint32_t { cubic = HAB_WAVELET_CUBIC, bilinear = HAB_WAVELET_BILINEAR };
+
 /// Whether an evaluation will give derivatives, which takes more memory.
 enum class derivatives : std::uint32_t { no = 0, yes = 1 };
 
@@ -450,6 +453,40 @@ struct fit_options {
     /// options returns.
     fit_options& with_form(const prepared& other) noexcept { return form = &other, *this; }
     fit_options& with_form(const prepared&&) = delete;
+};
+
+/// How to fit a wavelet model level by level. The defaults are the library's: four passes over level 0, as landmarks start a fit.
+struct level_options {
+    level_options() noexcept { hab_level_options_init(&numbers, sizeof numbers); }
+
+    /// See hab_level_options.
+    hab_level_options numbers{};
+    /// Start from here instead of from the mean. Must live until the last fit with these options returns.
+    const fit_result* start = nullptr;
+
+    level_options& frame(habitus::frame motions) noexcept { return numbers.frame = static_cast<std::uint32_t>(motions), *this; }
+    /// Whether weights of a mode are sought, or held.
+    level_options& seek(mode of, bool sought) noexcept {
+        return (of == mode::identity ? numbers.identity : numbers.pose) = sought ? 1 : 0, *this;
+    }
+    /// Half the box of each weight in standard deviations.
+    level_options& box(float kappa) noexcept { return numbers.kappa = kappa, *this; }
+    /// Pull of each weight to its mean, mm^2.
+    level_options& pull(float omega) noexcept { return numbers.omega = omega, *this; }
+    /// `count` levels from `first` on.
+    level_options& levels(std::uint32_t first, std::uint32_t count) noexcept {
+        return numbers.first_level = first, numbers.n_levels = count, *this;
+    }
+    level_options& passes(std::uint32_t of_each) noexcept { return numbers.passes = of_each, *this; }
+    /// Only the address is kept: the result must live until the last fit with these options returns.
+    level_options& start_from(const fit_result& other) noexcept { return start = &other, *this; }
+    level_options& start_from(const fit_result&&) = delete;
+};
+
+/// Weights and placement that a fit by levels found.
+struct level_result {
+    fit_result found{};
+    hab_level_report report{};
 };
 
 /// Values and derivatives of blocks of vertices; the layout is that of hab_model_linearise.
@@ -793,6 +830,29 @@ public:
         return altered([&](hab_error_detail* reason) { return hab_model_set_joints(&model_, static_cast<std::uint32_t>(how), reason); });
     }
 
+    // Of a wavelet model.
+
+    /// The grid, and which part of it is evaluated.
+    result<hab_grid> grid() const noexcept {
+        hab_grid found{};
+        found.struct_bytes = sizeof found;
+        const result<void> done = detail::called([&](hab_error_detail* reason) { return hab_model_grid(&model_, &found, reason); });
+        if (!done) {
+            return done.error();
+        }
+        return found;
+    }
+    /// Weights up to level `detail_level` alone and the surface at level `resolution`, from now on; what was begun or prepared stays as it is.
+    result<void> set_levels(std::uint32_t detail_level, std::uint32_t resolution) noexcept {
+        return altered([&](hab_error_detail* reason) { return hab_model_set_levels(&model_, detail_level, resolution, reason); });
+    }
+    /// A rectangle of nodes alone, from now on.
+    result<void> set_window(std::uint32_t first_column, std::uint32_t n_columns, std::uint32_t first_row, std::uint32_t n_rows) noexcept {
+        return altered([&](hab_error_detail* reason) {
+            return hab_model_set_window(&model_, first_column, n_columns, first_row, n_rows, reason);
+        });
+    }
+
     /// Section number `index` of the file.
     result<hab_section> section(std::uint32_t index) const noexcept {
         return a_section([&](hab_section* to, hab_error_detail* reason) { return hab_model_section(&model_, index, to, reason); });
@@ -1039,6 +1099,48 @@ public:
             return hab_fit_points(&model_, form_of(options), &options.numbers, samples.data(), samples.size(), identity.data(),
                                   identity.size(), pose.data(), pose.size(), &place, workspace.data(),
                                   workspace.size() * sizeof(float), &report, reason);
+        });
+    }
+    /// Weights of a wavelet model from points on its vertices, level by level.
+    result<level_result> fit_levels(span<const hab_sample> samples, const level_options& options = {}) const {
+        level_result out;
+        for (const mode of : {mode::identity, mode::pose}) {
+            std::vector<float>& weights = of == mode::identity ? out.found.identity : out.found.pose;
+            if (options.start != nullptr) {
+                weights = of == mode::identity ? options.start->identity : options.start->pose;
+            }
+            if (weights.empty()) {
+                result<std::vector<float>> at = mean(of);
+                if (!at) {
+                    return at.error();
+                }
+                weights = *std::move(at);
+            }
+        }
+        if (options.start != nullptr) {
+            out.found.placement = options.start->placement;
+        }
+        std::size_t bytes = 0;
+        result<void> done = detail::called([&](hab_error_detail* reason) {
+            return hab_fit_levels_workspace_bytes(&model_, samples.size(), options.numbers.first_level, options.numbers.n_levels, &bytes,
+                                                  reason);
+        });
+        if (done) {
+            std::vector<float> workspace(bytes / sizeof(float));
+            done = fit_levels(samples, options, out.found.identity, out.found.pose, out.found.placement, out.report, workspace);
+        }
+        if (!done) {
+            return done.error();
+        }
+        out.found.report.rms = out.report.rms;
+        return result<level_result>(std::move(out));
+    }
+    /// In the caller's memory, as above; the workspace has hab_fit_levels_workspace_bytes.
+    result<void> fit_levels(span<const hab_sample> samples, const level_options& options, span<float> identity, span<float> pose,
+                            placement& place, hab_level_report& report, span<float> workspace) const noexcept {
+        return detail::called([&](hab_error_detail* reason) {
+            return hab_fit_levels(&model_, &options.numbers, samples.data(), samples.size(), identity.data(), identity.size(),
+                                  pose.data(), pose.size(), &place, workspace.data(), workspace.size() * sizeof(float), &report, reason);
         });
     }
     /// Elements of workspace that a fit with these options needs.

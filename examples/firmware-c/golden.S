@@ -12,4 +12,6 @@ file models_txt, models.txt
 file generator_txt, generator.txt
 file fit_txt, fit.txt
 file solve_txt, solve.txt
+file bodies_txt, bodies.txt
+file wavelets_txt, wavelets.txt
 file files_txt, files.txt

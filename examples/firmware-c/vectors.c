@@ -4,7 +4,7 @@
 
 /* The text of the vectors: golden.S. */
 extern const char models_txt[], models_txt_end[], generator_txt[], generator_txt_end[], fit_txt[], fit_txt_end[], solve_txt[],
-    solve_txt_end[], files_txt[], files_txt_end[];
+    solve_txt_end[], bodies_txt[], bodies_txt_end[], wavelets_txt[], wavelets_txt_end[], files_txt[], files_txt_end[];
 
 static text between(const char *from, const char *to) { return text_of(from, (size_t)(to - from)); }
 
@@ -17,7 +17,11 @@ int main(void) {
     vectors.files[1].content = between(fit_txt, fit_txt_end);
     vectors.files[2].name = "solve.txt";
     vectors.files[2].content = between(solve_txt, solve_txt_end);
-    vectors.files[3].name = "files.txt";
-    vectors.files[3].content = between(files_txt, files_txt_end);
+    vectors.files[3].name = "bodies.txt";
+    vectors.files[3].content = between(bodies_txt, bodies_txt_end);
+    vectors.files[4].name = "wavelets.txt";
+    vectors.files[4].content = between(wavelets_txt, wavelets_txt_end);
+    vectors.files[5].name = "files.txt";
+    vectors.files[5].content = between(files_txt, files_txt_end);
     return runner_run(&vectors, board_write) ? 0 : 1;
 }

@@ -112,6 +112,8 @@
     HAB_STATUS_CONVERGED: 0,
     HAB_STATUS_ITERATION_LIMIT: 1,
     HAB_STATUS_STALLED: 2,
+    HAB_WAVELET_CUBIC: 0,
+    HAB_WAVELET_BILINEAR: 1,
   });
   // For each struct its size, and for each member its offset, its type, and its length if it is an array.
   const STRUCTS = Object.freeze({
@@ -229,6 +231,48 @@
         weight: [48, "f32"],
       },
     },
+    hab_grid: {
+      bytes: 56,
+      members: {
+        structBytes: [0, "u32"],
+        baseWidth: [4, "u32"],
+        baseHeight: [8, "u32"],
+        levels: [12, "u32"],
+        wavelet: [16, "u32"],
+        detail: [20, "u32"],
+        resolution: [24, "u32"],
+        width: [28, "u32"],
+        height: [32, "u32"],
+        nCoefficients: [36, "u32"],
+        firstColumn: [40, "u32"],
+        nColumns: [44, "u32"],
+        firstRow: [48, "u32"],
+        nRows: [52, "u32"],
+      },
+    },
+    hab_level_options: {
+      bytes: 36,
+      members: {
+        structBytes: [0, "u32"],
+        frame: [4, "u32"],
+        identity: [8, "u32"],
+        pose: [12, "u32"],
+        kappa: [16, "f32"],
+        omega: [20, "f32"],
+        firstLevel: [24, "u32"],
+        nLevels: [28, "u32"],
+        passes: [32, "u32"],
+      },
+    },
+    hab_level_report: {
+      bytes: 16,
+      members: {
+        rms: [0, "f32"],
+        startRms: [4, "f32"],
+        passes: [8, "u32"],
+        reached: [12, "u32"],
+      },
+    },
   });
   // END generated.
 
@@ -256,6 +300,19 @@
    * @property {Prepared} [prepared] a form of all blocks: the fixed mode stays as it is
    */
   /** @typedef {{identity: Float32Array, pose: Float32Array, placement: Placement, report: FitReport}} Fit */
+  /**
+   * @typedef {object} LevelOptions What is left out is as hab_level_options_init says: rigid, identity and pose sought in boxes of one standard deviation, four passes over level 0.
+   * @property {"fixed" | "rigid" | "similarity"} [frame]
+   * @property {boolean} [identity] whether identity weights are sought
+   * @property {boolean} [pose] whether pose weights are sought
+   * @property {number} [kappa] half the box of a weight, standard deviations
+   * @property {number} [omega] pull to the mean, mm^2
+   * @property {number} [firstLevel]
+   * @property {number} [nLevels]
+   * @property {number} [passes]
+   * @property {{identity?: Numbers, pose?: Numbers, placement?: Placement}} [start] the mean where it is left out
+   */
+  /** @typedef {{rms: number, startRms: number, passes: number, reached: number}} LevelReport */
   /** @typedef {{rms: number, energy: number, startEnergy: number, iterations: number, status: number}} FitReport */
 
   const PAGE_BYTES = 65536;
@@ -683,6 +740,32 @@
       this.#counts = this.#counted();
     }
 
+    /**
+     * The grid of a wavelet model, and which part of it is evaluated.
+     * @returns {{baseWidth: number, baseHeight: number, levels: number, wavelet: number, detail: number, resolution: number, width: number, height: number, nCoefficients: number, firstColumn: number, nColumns: number, firstRow: number, nRows: number}}
+     */
+    grid() {
+      return this.#kernel.framed((frame, detail) => {
+        const struct = frame.struct("hab_grid");
+        this.#call("hab_model_grid", struct, detail);
+        return read(this.#heap.view, "hab_grid", struct);
+      });
+    }
+
+    /** Weights of a wavelet model up to level `detail` alone, and its surface as it is at level `resolution`, from now on; a window is given up. */
+    setLevels(detail, resolution) {
+      const levels = [index(detail, "detail"), index(resolution, "resolution")];
+      this.#kernel.framed((_, errorDetail) => this.#call("hab_model_set_levels", ...levels, errorDetail));
+      this.#counts = this.#counted();
+    }
+
+    /** A rectangle of nodes of a wavelet model's surface alone, from now on: they are the vertices, in rows. */
+    setWindow(firstColumn, nColumns, firstRow, nRows) {
+      const numbers = Object.entries({ firstColumn, nColumns, firstRow, nRows }).map(([what, value]) => index(value, what));
+      this.#kernel.framed((_, detail) => this.#call("hab_model_set_window", ...numbers, detail));
+      this.#counts = this.#counted();
+    }
+
     /** The sections of the file. @returns {{id: number, element: number, rank: number, shape: number[], dataBytes: number}[]} */
     sections() {
       return Array.from({ length: this.#counts.nSections }, (_, k) => this.#section("hab_model_section", k));
@@ -816,7 +899,7 @@
           const vertices = Math.min(CONSTANTS.HAB_BLOCK_VERTICES * (firstBlock + nBlocks), nVertices) - CONSTANTS.HAB_BLOCK_VERTICES * firstBlock;
           const dim = fixedMode === "identity" ? poseDim : identityDim;
           const sizes = { nVertices: Math.max(0, vertices), nBlocks, nJoints: fixedMode === "identity" ? nJoints : 0, dim };
-          // The form of a body reads the file, too.
+          // The form of a body or of a wavelet model reads the file, too.
           return new Prepared(this.#kernel, heap, owned, fixedMode, sizes, needsEvaluation ? this.#file.hold() : null);
         });
       } catch (error) {
@@ -854,20 +937,60 @@
      * @returns {Fit}
      */
     fitPoints(samples, options = {}) {
-      return this.#fit("hab_fit_points", options, (frame) => {
-        const n = lengthOf(samples, "samples");
-        const { bytes } = STRUCTS.hab_sample;
-        const pointer = frame.bytes(n * bytes);
-        const { view } = this.#heap;
-        for (let k = 0; k < n; k++) {
-          const { vertex, vertices = [vertex, vertex, vertex], barycentric = [1, 0, 0], target, normal = [0, 0, 0], weight = 1 } = samples[k];
-          const members = { barycentric, target, normal };
-          for (const [what, values] of Object.entries(members)) array(values, 3, `${what} of sample ${k}`);
-          const corners = Array.from(array(vertices, 3, `vertices of sample ${k}`), (corner) => index(corner, `a vertex of sample ${k}`));
-          write(view, "hab_sample", pointer + k * bytes, { ...members, vertices: corners, weight });
-        }
-        return [pointer, n];
+      return this.#fit("hab_fit_points", options, (frame) => this.#samples(frame, samples));
+    }
+
+    /**
+     * Weights and placement of a wavelet model from points on its vertices, level by level and one coefficient at a time.
+     * @param {Sample[]} samples
+     * @param {LevelOptions} [options]
+     * @returns {{identity: Float32Array, pose: Float32Array, placement: Placement, report: LevelReport}}
+     */
+    fitLevels(samples, { start = {}, ...given } = {}) {
+      return this.#kernel.framed((frame, detail) => {
+        const options = frame.struct("hab_level_options");
+        this.#kernel.call("hab_level_options_init", options, STRUCTS.hab_level_options.bytes);
+        write(this.#heap.view, "hab_level_options", options, levelNumbers(given));
+        const { firstLevel, nLevels } = read(this.#heap.view, "hab_level_options", options);
+        const size = frame.bytes(4);
+        const measured = this.#samples(frame, samples);
+        this.#call("hab_fit_levels_workspace_bytes", measured[1], firstLevel, nLevels, size, detail);
+        const workspaceBytes = this.#heap.view.getUint32(size, true);
+        const [identity, pose] = ["identity", "pose"].map((mode) => frame.copied(start[mode] ?? this.#mean(mode), `start.${mode}`));
+        const placement = this.#placement(frame, start.placement);
+        const report = frame.struct("hab_level_report");
+        const workspace = frame.bytes(workspaceBytes);
+        this.#call("hab_fit_levels", options, ...measured, ...identity, ...pose, placement, workspace, workspaceBytes, report, detail);
+        return {
+          identity: frame.result(identity),
+          pose: frame.result(pose),
+          placement: read(this.#heap.view, "hab_placement", placement),
+          report: read(this.#heap.view, "hab_level_report", report),
+        };
       });
+    }
+
+    /** Samples in the frame's memory: where, and how many. */
+    #samples(frame, samples) {
+      const n = lengthOf(samples, "samples");
+      const { bytes } = STRUCTS.hab_sample;
+      const pointer = frame.bytes(n * bytes);
+      const { view } = this.#heap;
+      for (let k = 0; k < n; k++) {
+        const { vertex, vertices = [vertex, vertex, vertex], barycentric = [1, 0, 0], target, normal = [0, 0, 0], weight = 1 } = samples[k];
+        const members = { barycentric, target, normal };
+        for (const [what, values] of Object.entries(members)) array(values, 3, `${what} of sample ${k}`);
+        const corners = Array.from(array(vertices, 3, `vertices of sample ${k}`), (corner) => index(corner, `a vertex of sample ${k}`));
+        write(view, "hab_sample", pointer + k * bytes, { ...members, vertices: corners, weight });
+      }
+      return [pointer, n];
+    }
+
+    /** A placement in the frame's memory; where nothing is said, that of the model. */
+    #placement(frame, { scale = 1, rotation = [1, 0, 0, 0, 1, 0, 0, 0, 1], translation = [0, 0, 0] } = {}) {
+      array(rotation, 9, "start.placement.rotation");
+      array(translation, 3, "start.placement.translation");
+      return frame.struct("hab_placement", { scale, rotation, translation });
     }
 
     #fit(name, { start = {}, prepared = null, ...given }, data) {
@@ -882,10 +1005,7 @@
         if (prepared !== null) dims[prepared.fixedMode] = 0;
         const from = (mode) => frame.copied(start[mode] ?? (dims[mode] === 0 ? [] : this.#mean(mode)), `start.${mode}`);
         const [identity, pose] = [from("identity"), from("pose")];
-        const { scale = 1, rotation = [1, 0, 0, 0, 1, 0, 0, 0, 1], translation = [0, 0, 0] } = start.placement ?? {};
-        array(rotation, 9, "start.placement.rotation");
-        array(translation, 3, "start.placement.translation");
-        const placement = frame.struct("hab_placement", { scale, rotation, translation });
+        const placement = this.#placement(frame, start.placement ?? undefined);
         const report = frame.struct("hab_fit_report");
         const frameNumber = read(this.#heap.view, "hab_fit_options", options).frame;
         // A frame that is none the fit refuses.
@@ -1179,6 +1299,19 @@
       if (value === undefined) continue;
       if (key in prefixes) numbers[key] = CONSTANTS[prefixes[key] + String(value).toUpperCase()] ?? 0xffffffff;
       else numbers[key] = key === "maxIterations" ? index(value, key) : Number(value);
+    }
+    return numbers;
+  }
+
+  /** The same of a fit by levels. */
+  function levelNumbers(options) {
+    const numbers = {};
+    for (const [key, value] of Object.entries(options)) {
+      const known = owns(STRUCTS.hab_level_options.members, key) && key !== "structBytes";
+      if (!known) throw new TypeError(`there is no option ${key} of a fit by levels`);
+      if (value === undefined) continue;
+      if (key === "frame") numbers[key] = CONSTANTS["HAB_FRAME_" + String(value).toUpperCase()] ?? 0xffffffff;
+      else numbers[key] = key === "kappa" || key === "omega" ? Number(value) : index(Number(value), key);
     }
     return numbers;
   }

@@ -118,7 +118,7 @@ pub unsafe extern "C" fn hab_model_set_blend(
         })
     };
     // SAFETY: the caller's promise.
-    unsafe { altered(model, set, detail) }
+    unsafe { altered(model, 3, set, detail) }
 }
 
 /// Lets joints follow the identity or stay, see hab_joints; else as hab_model_set_blend. A model that is opened follows the identity where its file knows how.
@@ -142,15 +142,16 @@ pub unsafe extern "C" fn hab_model_set_joints(
         })
     };
     // SAFETY: the caller's promise.
-    unsafe { altered(model, set, detail) }
+    unsafe { altered(model, 3, set, detail) }
 }
 
-/// Sets the generator of a model anew.
+/// Sets the generator of a model anew; `position` is that of the detail.
 ///
 /// # Safety
 /// As hab_model_set_blend.
-unsafe fn altered(
+pub(crate) unsafe fn altered(
     model: *mut hab_model,
+    position: u32,
     set: impl FnOnce(&mut AnyGenerator<'static>) -> Result<(), Error>,
     detail: *mut hab_error_detail,
 ) -> hab_code {
@@ -163,7 +164,7 @@ unsafe fn altered(
         Ok(())
     };
     // SAFETY: the caller's promise.
-    unsafe { call(detail, 3, body) }
+    unsafe { call(detail, position, body) }
 }
 
 /// C's number of a blend.

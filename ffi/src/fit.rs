@@ -323,7 +323,7 @@ struct FitMemory {
     report: Option<OutObject<hab_fit_report>>,
 }
 
-fn optional<T>(arguments: &mut Arguments, argument: u32, pointer: *mut T) -> Option<OutObject<T>> {
+pub(crate) fn optional<T>(arguments: &mut Arguments, argument: u32, pointer: *mut T) -> Option<OutObject<T>> {
     (!pointer.is_null()).then(|| arguments.out_object(argument, pointer))
 }
 
@@ -359,7 +359,7 @@ unsafe fn checked_options(options: &Object<hab_fit_options>) -> Result<hab_fit_o
     }
 }
 
-fn frame_of(number: u32) -> Result<Frame, Refusal> {
+pub(crate) fn frame_of(number: u32) -> Result<Frame, Refusal> {
     match number {
         0 => Ok(Frame::Fixed),
         1 => Ok(Frame::Rigid),
@@ -441,7 +441,7 @@ fn prior<'a>(shape: &Shape<'a>, mode: Mode, options: &hab_fit_options) -> Result
 }
 
 /// A scale above zero and a rotation: rows of unit length at right angles to 0.001, right-handed.
-fn is_placement(placement: &Similarity<f32>) -> bool {
+pub(crate) fn is_placement(placement: &Similarity<f32>) -> bool {
     let [a, b, c] = placement.rotation;
     let dot = |u: [f32; 3], v: [f32; 3]| u[0] * v[0] + u[1] * v[1] + u[2] * v[2];
     let third = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
@@ -449,7 +449,7 @@ fn is_placement(placement: &Similarity<f32>) -> bool {
     placement.is_finite() && deviations.iter().all(|deviation| (-1e-3..=1e-3).contains(deviation))
 }
 
-fn similarity(placement: &hab_placement) -> Similarity<f32> {
+pub(crate) fn similarity(placement: &hab_placement) -> Similarity<f32> {
     let [a, b, c, d, e, f, g, h, i] = placement.rotation;
     Similarity {
         scale: placement.scale,
@@ -458,7 +458,7 @@ fn similarity(placement: &hab_placement) -> Similarity<f32> {
     }
 }
 
-fn placement(similarity: &Similarity<f32>) -> hab_placement {
+pub(crate) fn placement(similarity: &Similarity<f32>) -> hab_placement {
     let [[a, b, c], [d, e, f], [g, h, i]] = similarity.rotation;
     hab_placement {
         scale: similarity.scale,

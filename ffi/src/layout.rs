@@ -13,6 +13,7 @@ use crate::fit::{hab_fit_options, hab_fit_report, hab_frame, hab_placement, hab_
 use crate::model::{hab_counts, hab_kind, hab_mode, hab_model};
 use crate::prepared::hab_prepared;
 use crate::sections::{hab_element, hab_section, hab_section_id};
+use crate::wavelet::{hab_grid, hab_level_options, hab_level_report, hab_wavelet};
 
 /// A name of the header and its value: a constant, the size or the alignment of a struct, a member's offset or size.
 type Entry = (&'static CStr, u64);
@@ -73,6 +74,12 @@ structs! { STRUCTS:
         struct_bytes, kind, n_vertices, identity_dim, pose_dim, n_faces, n_landmarks, n_poses, n_sections, n_blocks,
         element, needs_evaluation, n_joints, blend, joints
     }
+    hab_grid {
+        struct_bytes, base_width, base_height, levels, wavelet, detail, resolution, width, height, n_coefficients,
+        first_column, n_columns, first_row, n_rows
+    }
+    hab_level_options { struct_bytes, frame, identity, pose, kappa, omega, first_level, n_levels, passes }
+    hab_level_report { rms, start_rms, passes, reached }
     hab_section { struct_bytes, id, element, rank, shape, data, data_bytes }
 }
 
@@ -94,6 +101,7 @@ enums! { CASES:
     hab_element { HAB_ELEMENT_U8, HAB_ELEMENT_U32, HAB_ELEMENT_F32, HAB_ELEMENT_F16, HAB_ELEMENT_I8 }
     hab_frame { HAB_FRAME_FIXED, HAB_FRAME_RIGID, HAB_FRAME_SIMILARITY }
     hab_prior { HAB_PRIOR_NONE, HAB_PRIOR_GAUSSIAN, HAB_PRIOR_BOX, HAB_PRIOR_BOUNDS }
+    hab_wavelet { HAB_WAVELET_CUBIC, HAB_WAVELET_BILINEAR }
     hab_status { HAB_STATUS_CONVERGED, HAB_STATUS_ITERATION_LIMIT, HAB_STATUS_STALLED }
 }
 

@@ -13,6 +13,7 @@
 //! | [`prepared`] | forms with the identity or the pose fixed |
 //! | [`evaluation`] | positions and derivatives of models and forms of every kind |
 //! | [`fit`] | weights and placement from landmarks or points |
+//! | [`wavelet`] | levels and windows of wavelet models, fits level by level |
 #![cfg_attr(not(feature = "std"), no_std)]
 // The names are those of the C header.
 #![allow(non_camel_case_types)]
@@ -34,6 +35,8 @@ pub mod evaluation;
 
 pub mod fit;
 
+pub mod wavelet;
+
 #[cfg(feature = "layout")]
 pub mod layout;
 mod measurements;
@@ -44,7 +47,7 @@ mod tagged;
 mod wasm_layout;
 
 #[cfg(target_arch = "wasm32")]
-use {body::*, code::*, evaluation::*, fit::*, model::*, prepared::*, sections::*};
+use {body::*, code::*, evaluation::*, fit::*, model::*, prepared::*, sections::*, wavelet::*};
 
 /// Number of the binary interface. It grows with every function that is added; what exists keeps its meaning.
 pub const HAB_ABI_VERSION: u32 = 1;

@@ -73,9 +73,9 @@ pub struct hab_counts {
     pub kind: u32,
     /// Vertices; positions have three numbers each.
     pub n_vertices: u32,
-    /// Identity weights.
+    /// Identity weights; of a wavelet model those of every coefficient that has weights, one coefficient after another.
     pub identity_dim: u32,
-    /// Pose weights.
+    /// Pose weights, likewise.
     pub pose_dim: u32,
     /// Triangles; 0 when the file has none.
     pub n_faces: u32,
@@ -207,9 +207,9 @@ pub unsafe extern "C" fn hab_model_counts(
         let counts = hab_counts {
             struct_bytes,
             kind: header.kind as u32,
-            n_vertices: header.n_vertices,
-            identity_dim: header.identity_dim,
-            pose_dim: header.pose_dim,
+            n_vertices: count(generator.vertex_count()),
+            identity_dim: count(generator.identity_dim()),
+            pose_dim: count(generator.pose_dim()),
             n_faces: count(model.faces().map_or(0, |faces| faces.len())),
             n_landmarks: count(model.landmarks().map_or(0, |landmarks| landmarks.len())),
             n_poses: count(starts.checked_div(header.pose_dim as usize).unwrap_or(0)),

@@ -4,6 +4,7 @@ use core::ffi::c_char;
 
 use habitus_core::Error;
 use habitus_core::format::{ElementType, Section, SectionId};
+use habitus_core::generator::Generator;
 
 use crate::code::{Refusal, hab_code, hab_error_detail, length};
 use crate::memory::{Arguments, call};
@@ -311,7 +312,7 @@ pub unsafe extern "C" fn hab_model_text(
 }
 
 /// Weights of a mode from standard deviations, in the unit of the sections ..._SCALE: mean + deviation * scale for each weight. Deviations of 0 give the mean of the training
-/// data. The way back is (weight - mean) / scale, with hab_model_read_f32.
+/// data. The way back is (weight - mean) / scale, with hab_model_read_f32. A wavelet model has a deviation for each weight of its levels.
 ///
 /// Returns HAB_OK, HAB_UNSUPPORTED when the file has no statistics, HAB_BAD_OPTION (2) for an unknown mode, HAB_DIMENSION_MISMATCH when a length is not that
 /// of the mode, HAB_NOT_FINITE, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
@@ -338,11 +339,15 @@ pub unsafe extern "C" fn hab_model_weights(
             habitus_core::format::Mode::Identity => SectionId::IdentityMean,
             habitus_core::format::Mode::Pose => SectionId::PoseMean,
         };
-        let gaussian = opened.model.gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
-        length(3, gaussian.mean.len(), deviations_len)?;
-        length(5, gaussian.mean.len(), weights_len)?;
+        let spread = opened.model.spread(mode).ok_or(Error::Unsupported { section: section as u32 })?;
+        let dim = match mode {
+            habitus_core::format::Mode::Identity => opened.generator.identity_dim(),
+            habitus_core::format::Mode::Pose => opened.generator.pose_dim(),
+        };
+        length(3, dim, deviations_len)?;
+        length(5, dim, weights_len)?;
         // SAFETY: the caller's promise.
-        gaussian.weights_into(unsafe { deviations.slice() }, unsafe { weights.slice() })?;
+        spread.weights_into(unsafe { deviations.slice() }, unsafe { weights.slice() })?;
         Ok(())
     };
     // SAFETY: the caller's promise.

@@ -1,6 +1,8 @@
 //! The linear and the skinned kernel against the slow reference, in every storage: evaluation, derivatives and prepared forms give the
 //! same bits; what is refused is refused for the reason that is documented, and leaves outputs and state alone.
 
+use std::ops::Range;
+
 use habitus_core::Error;
 use habitus_core::format::Model;
 use habitus_core::generator::linear::Linear;
@@ -16,11 +18,11 @@ use crate::bits::assert_same;
 use crate::body_case::{Case, Choice, file_refused};
 
 /// Value of outputs that must stay untouched.
-const UNTOUCHED: f32 = -77.25;
+pub(crate) const UNTOUCHED: f32 = -77.25;
 
 /// How far a case comes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Reached {
+pub(crate) enum Reached {
     /// The model file is refused.
     File,
     /// The weights are refused.
@@ -67,8 +69,8 @@ fn check_stored<'a, S: Storage<'a>>(case: &Case, model: &Model<'a>, linear: bool
         let expected = |v: usize| case.body.rest.linearised(&case.identity, v);
         let weights = Weights { identity: &case.identity, pose: &[] };
         let refused = case.weights_refused(&[]);
-        check_generator(case, &any, weights, refused, case.body.rest.n, expected);
-        return check_generator(case, &generator, weights, refused, case.body.rest.n, expected);
+        check_generator(&case.range, &any, weights, refused, case.body.rest.n, expected);
+        return check_generator(&case.range, &generator, weights, refused, case.body.rest.n, expected);
     }
     let mut body: Skinned<'a, Linear<'a, S>> = model.skinned().expect("a body");
     let mut reference = case.body.clone();
@@ -83,7 +85,7 @@ fn check_stored<'a, S: Storage<'a>>(case: &Case, model: &Model<'a>, linear: bool
     let weights = Weights { identity: &case.identity, pose: &case.pose };
     let refused = case.weights_refused(&case.pose);
     let expected = |v: usize| reference.linearised(&case.identity, &case.pose, v);
-    let reached = check_generator(case, &body, weights, refused, reference.rest.n, expected);
+    let reached = check_generator(&case.range, &body, weights, refused, reference.rest.n, expected);
     if refused.is_some() {
         return reached;
     }
@@ -108,17 +110,18 @@ fn check_stored<'a, S: Storage<'a>>(case: &Case, model: &Model<'a>, linear: bool
     let fixed = FixedIdentity::new(&reference, &case.identity);
     let weights = Weights { identity: &[], pose: &case.pose };
     let expected = |v: usize| fixed.linearised(&case.pose, first + v);
-    check_generator(case, &identity_fixed.expect("blocks of the body"), weights, None, n, expected);
+    check_generator(&case.range, &identity_fixed.expect("blocks of the body"), weights, None, n, expected);
     let weights = Weights { identity: &case.identity, pose: &[] };
     let expected = |v: usize| {
         let form = reference.with_pose(&case.pose, first + v);
         Linearised { value: value_of_prepared(&form, &case.identity), ..form }
     };
-    check_generator(case, &pose_fixed.expect("blocks of the body"), weights, None, n, expected)
+    check_generator(&case.range, &pose_fixed.expect("blocks of the body"), weights, None, n, expected)
 }
 
-fn check_generator(
-    case: &Case,
+/// Compares a generator of so many vertices with what is expected of each.
+pub(crate) fn check_generator(
+    range: &Range<usize>,
     generator: &impl Generator,
     weights: Weights<'_>,
     refused: Option<Error>,
@@ -146,7 +149,7 @@ fn check_generator(
     let mut memory = vec![UNTOUCHED; generator.state_req(false).numbers()];
     let at = generator.begin(weights, false, &mut memory).expect("weights that were checked");
     let expected: Vec<Linearised> = (0..n).map(expected).collect();
-    let range = case.range.clone();
+    let range = range.clone();
     let mut out = vec![UNTOUCHED; 3 * range.end.saturating_sub(range.start)];
     let outcome = generator.evaluate_at(at, range.clone(), &mut out);
     if range.start > range.end || range.end > n {

@@ -46,7 +46,7 @@ pub struct Case {
 }
 
 /// Sizes of the terms, millimetres: of a body, and at the ends of what can be computed.
-const SIZES: [f32; 8] = [300.0, 10.0, 1.0, 0.0, 1e-30, 6e4, 1e9, 1e12];
+pub(crate) const SIZES: [f32; 8] = [300.0, 10.0, 1.0, 0.0, 1e-30, 6e4, 1e9, 1e12];
 
 impl Choice {
     /// The choice of these bytes; `None` when they are too few.

@@ -10,6 +10,7 @@ use habitus_reference::prior::Gaussian;
 
 use crate::body_case::Choice;
 use crate::numbers::HARD;
+use crate::wavelet_case;
 
 static CRC32: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
@@ -172,7 +173,7 @@ fn long_at(file: &[u8], at: usize) -> usize {
 }
 
 /// Sound files that there are.
-pub const SOUND_FILES: usize = 8;
+pub const SOUND_FILES: usize = 10;
 
 /// A linear model or a body, small, in one of the storages.
 fn sound_body(base: usize) -> Vec<u8> {
@@ -191,10 +192,27 @@ fn sound_body(base: usize) -> Vec<u8> {
     choice.case().file(base.is_multiple_of(4)).1
 }
 
-/// A sound model file, small: bilinear with and without linear terms, with the coefficients alone or with every section; linear; bodies.
+/// A wavelet model, cubic in `f32` or bilinear in bytes.
+fn sound_wavelet(base: usize) -> Vec<u8> {
+    let bilinear = base as u8 % 2;
+    let choice = wavelet_case::Choice {
+        base: [bilinear, 1],
+        levels: 1,
+        flags: bilinear,
+        storage: 2 * bilinear,
+        seed: 5,
+        term_size: 1,
+        ..wavelet_case::Choice::default()
+    };
+    choice.case().file().1
+}
+
+/// A sound model file, small: bilinear with and without linear terms, with the coefficients alone or with every section; linear; bodies; wavelets.
 pub fn sound_file(base: usize) -> Vec<u8> {
-    if base % SOUND_FILES >= 4 {
-        return sound_body(base);
+    match base % SOUND_FILES {
+        0..4 => {}
+        4..8 => return sound_body(base),
+        _ => return sound_wavelet(base),
     }
     let (n, [di, dp]) = [(1, [1, 1]), (17, [2, 1]), (16, [1, 3]), (20, [2, 2])][base % 4];
     let mut state = 1u32;

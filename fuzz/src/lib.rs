@@ -13,6 +13,8 @@ pub mod damage;
 pub mod mesh;
 pub mod model_file;
 pub mod tables;
+pub mod wavelet_case;
+pub mod wavelets;
 
 mod bits;
 mod case;

@@ -36,7 +36,8 @@ static text file_text(const char *folder, const char *name) {
 }
 
 int main(int count, char **arguments) {
-    static const char *const NAMES[VECTOR_FILES] = {"generator.txt", "fit.txt", "solve.txt", "files.txt"};
+    static const char *const NAMES[VECTOR_FILES] = {"generator.txt", "fit.txt",      "solve.txt",
+                                                      "bodies.txt",    "wavelets.txt", "files.txt"};
     vector_set vectors;
     size_t k;
     if (count != 2) {

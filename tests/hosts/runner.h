@@ -98,7 +98,7 @@ typedef struct vector_file {
 } vector_file;
 
 /* Files of cases, without models.txt. */
-enum { VECTOR_FILES = 4 };
+enum { VECTOR_FILES = 6 };
 typedef struct vector_set {
     text models;
     vector_file files[VECTOR_FILES];

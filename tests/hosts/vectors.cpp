@@ -25,7 +25,20 @@ bool accepted(context* c, const habitus::result<T>& outcome) {
 /// A view of the bytes of the case; the next case overwrites them.
 habitus::result<habitus::model> opened(context* c) {
     const bytes file = context_model(c);
-    return habitus::model::open(span<const std::uint8_t>(file.at, file.count));
+    auto model = habitus::model::open(span<const std::uint8_t>(file.at, file.count));
+    if (model && context_count(c, "levels") == 2) {
+        const integers levels = context_integers(c, "levels");
+        if (const auto set = model->set_levels(levels.at[0], levels.at[1]); !set) {
+            return set.error();
+        }
+    }
+    if (model && context_count(c, "window") == 4) {
+        const std::uint32_t* at = context_integers(c, "window").at;
+        if (const auto set = model->set_window(at[0], at[1] - at[0], at[2], at[3] - at[2]); !set) {
+            return set.error();
+        }
+    }
+    return model;
 }
 
 void compare_all(context* c, const char* key, const std::vector<float>& found) { compare(c, key, found.data(), found.size()); }
@@ -63,7 +76,14 @@ void linearised_block(context* c) {
         return;
     }
     std::vector<float> values(block_numbers), jacobian(block_numbers * (model->identity_dim() + model->pose_dim()));
-    if (accepted(c, model->linearise(view(identity), view(pose), block, 1, values, jacobian))) {
+    // Every kind of model has evaluations; those whose vertices share no state do without.
+    const auto begun = model->begin(view(identity), view(pose), habitus::derivatives::yes);
+    if (!accepted(c, begun)) {
+        return;
+    }
+    const auto done = model->needs_evaluation() ? begun->linearise(block, 1, values, jacobian)
+                                                : model->linearise(view(identity), view(pose), block, 1, values, jacobian);
+    if (accepted(c, done)) {
         compare_all(c, "values", values);
         compare_all(c, "jacobian", jacobian);
     }
@@ -129,19 +149,24 @@ habitus::prior prior_of(context* c, const char* key, float& factor) {
     return text_equals(kind, "box") ? habitus::prior::box : habitus::prior::gaussian;
 }
 
-habitus::fit_options options_of(context* c) {
+habitus::frame frame_of(context* c) {
     const text frame = context_word(c, "frame");
-    habitus::fit_options options;
-    float factor = 1;
-    if (text_equals(frame, "fixed")) {
-        options.frame(habitus::frame::fixed);
-    } else if (text_equals(frame, "rigid")) {
-        options.frame(habitus::frame::rigid);
-    } else if (text_equals(frame, "similarity")) {
-        options.frame(habitus::frame::similarity);
-    } else {
+    if (text_equals(frame, "rigid")) {
+        return habitus::frame::rigid;
+    }
+    if (text_equals(frame, "similarity")) {
+        return habitus::frame::similarity;
+    }
+    if (!text_equals(frame, "fixed")) {
         context_object(c, PROBLEM_TEXT);
     }
+    return habitus::frame::fixed;
+}
+
+habitus::fit_options options_of(context* c) {
+    habitus::fit_options options;
+    float factor = 1;
+    options.frame(frame_of(c));
     options.place(context_integer(c, "place") > 0).noise(context_float_at(c, "noise", 0));
     options.max_iterations(context_integer(c, "max_iterations"));
     options.numbers.relative_decrease = context_float_at(c, "relative_decrease", 0);
@@ -169,6 +194,13 @@ habitus::fit_result start_of(context* c) {
     return start;
 }
 
+void compare_placement(context* c, const habitus::placement& place) {
+    std::vector<float> numbers{place.scale};
+    numbers.insert(numbers.end(), place.rotation, place.rotation + 9);
+    numbers.insert(numbers.end(), place.translation, place.translation + 3);
+    compare_all(c, "placement_fitted", numbers);
+}
+
 void compare_fit(context* c, const habitus::result<habitus::fit_result>& outcome) {
     // The core counts its own options, where noise is the second; habitus.h counts those of hab_fit_options.
     if (outcome.error() == HAB_BAD_OPTION && outcome.error().first() == 7) {
@@ -178,34 +210,25 @@ void compare_fit(context* c, const habitus::result<habitus::fit_result>& outcome
         return;
     }
     const habitus::fit_report& report = outcome->report;
-    const habitus::placement& place = outcome->placement;
     const std::uint32_t ended[] = {report.iterations, static_cast<std::uint32_t>(report.why())};
-    std::vector<float> placement{place.scale};
-    placement.insert(placement.end(), place.rotation, place.rotation + 9);
-    placement.insert(placement.end(), place.translation, place.translation + 3);
     compare_integers(c, "iterations_status", ended, 2);
     compare_all(c, "rms_energy_start", {report.rms, report.energy, report.start_energy});
     compare_all(c, "identity_fitted", outcome->identity);
     compare_all(c, "pose_fitted", outcome->pose);
-    compare_all(c, "placement_fitted", placement);
+    compare_placement(c, outcome->placement);
 }
 
-void fit_points(context* c) {
+std::vector<hab_sample> samples_of(context* c) {
     const integers kinds = context_integers(c, "kinds"), corners = context_integers(c, "corners");
     const floats barycentric = context_floats(c, "barycentric"), targets = context_floats(c, "targets"),
                  normals = context_floats(c, "normals"), weights = context_floats(c, "sample_weights");
     const std::size_t n = kinds.count;
-    const habitus::fit_options options = options_of(c);
-    const habitus::fit_result start = start_of(c);
-    const auto model = opened(c);
-    if (!accepted(c, model)) {
-        return;
-    }
+    std::vector<hab_sample> samples(n);
     if (corners.count != 3 * n || barycentric.count != 3 * n || targets.count != 3 * n || normals.count != 3 * n ||
         weights.count != n) {
-        return context_object(c, PROBLEM_TEXT);
+        context_object(c, PROBLEM_TEXT);
+        return samples;
     }
-    std::vector<hab_sample> samples(n);
     for (std::size_t k = 0; k < n; k++) {
         std::copy(corners.at + 3 * k, corners.at + 3 * k + 3, samples[k].vertices);
         std::copy(barycentric.at + 3 * k, barycentric.at + 3 * k + 3, samples[k].barycentric);
@@ -216,7 +239,47 @@ void fit_points(context* c) {
         // A sample left out is one of weight 0.
         samples[k].weight = kinds.at[k] == 0 ? 0.0f : weights.at[k];
     }
-    compare_fit(c, model->fit_points(samples, habitus::fit_options(options).start_from(start)));
+    return samples;
+}
+
+void fit_points(context* c) {
+    const std::vector<hab_sample> samples = samples_of(c);
+    const habitus::fit_options options = options_of(c);
+    const habitus::fit_result start = start_of(c);
+    const auto model = opened(c);
+    if (accepted(c, model)) {
+        compare_fit(c, model->fit_points(samples, habitus::fit_options(options).start_from(start)));
+    }
+}
+
+/// A fit level by level.
+void fit_wavelet(context* c) {
+    const std::vector<hab_sample> samples = samples_of(c);
+    const integers free = context_integers(c, "free"), levels = context_integers(c, "fitted_levels");
+    const habitus::fit_result start = start_of(c);
+    const auto model = opened(c);
+    if (!accepted(c, model) || free.count != 2 || levels.count != 2) {
+        return context_object(c, PROBLEM_TEXT);
+    }
+    habitus::level_options options;
+    options.frame(frame_of(c)).seek(habitus::mode::identity, free.at[0] > 0).seek(habitus::mode::pose, free.at[1] > 0);
+    options.box(context_float_at(c, "kappa", 0)).pull(context_float_at(c, "omega", 0)).passes(context_integer(c, "passes"));
+    options.levels(levels.at[0], levels.at[1] - levels.at[0]).start_from(start);
+    const auto outcome = model->fit_levels(samples, options);
+    // The core counts its own options: 1 kappa, 2 omega, 3 levels or passes.
+    const std::uint32_t option = outcome.error().first();
+    if (outcome.error() == HAB_BAD_OPTION && option >= 4) {
+        return context_refused(c, HAB_BAD_OPTION, option < 6 ? option - 3 : 3, 0);
+    }
+    if (!accepted(c, outcome)) {
+        return;
+    }
+    const std::uint32_t ended[] = {outcome->report.passes, outcome->report.reached};
+    compare_integers(c, "passes_reached", ended, 2);
+    compare_all(c, "rms_start", {outcome->report.rms, outcome->report.start_rms});
+    compare_all(c, "identity_fitted", outcome->found.identity);
+    compare_all(c, "pose_fitted", outcome->found.pose);
+    compare_placement(c, outcome->found.placement);
 }
 
 void fit_landmarks(context* c) {
@@ -255,7 +318,11 @@ void open_file(context* c) {
     if (!accepted(c, model)) {
         return;
     }
-    const std::uint32_t header[] = {model->counts().kind, model->n_vertices(), model->identity_dim(), model->pose_dim()};
+    const bool wavelet = model->kind() == habitus::kind::wavelet;
+    // The header of a wavelet model counts the weights of one coefficient.
+    const std::uint32_t coefficients = wavelet ? model->grid()->n_coefficients : 1;
+    const std::uint32_t header[] = {model->counts().kind, model->n_vertices(), model->identity_dim() / coefficients,
+                                    model->pose_dim() / coefficients};
     for (std::size_t k = 0; k < 4; k++) {
         compare_integer_at(c, "header", k, header[k]);
     }
@@ -283,6 +350,10 @@ void open_file(context* c) {
         {"pose_gaussian", {HAB_SECTION_POSE_MEAN, HAB_SECTION_POSE_SCALE, HAB_SECTION_POSE_PRECISION}},
     };
     for (const auto& gaussian : gaussians) {
+        if (wavelet) {
+            // Statistics without a precision; the fits by levels read them.
+            break;
+        }
         std::size_t end = 0;
         for (const std::uint32_t id : gaussian.sections) {
             end = compare_reals(c, *model, id, gaussian.key, end);
@@ -315,6 +386,7 @@ extern "C" void kernel_run(context* c) {
         {"evaluate", evaluate},           {"linearised_block", linearised_block},
         {"linearised_vertex", linearised_vertex}, {"prepared", prepared},
         {"fit_points", fit_points},       {"fit_landmarks", fit_landmarks},
+        {"fit_wavelet", fit_wavelet},
         {"open", open_file},
     };
     for (const auto& kernel : kernels) {

@@ -532,6 +532,8 @@ void evaluation_of_face(const habitus::model& model) {
     habitus::model copy = model;
     CHECK(copy.set_blend(habitus::blend::linear).error() == HAB_WRONG_KIND);
     CHECK(copy.set_joints(habitus::joints::mean).error() == HAB_WRONG_KIND);
+    CHECK(copy.set_levels(0, 0).error() == HAB_WRONG_KIND && copy.set_window(0, 1, 0, 1).error() == HAB_WRONG_KIND);
+    CHECK(copy.grid().error() == HAB_WRONG_KIND && copy.fit_levels({}).error() == HAB_WRONG_KIND);
 }
 
 /// A skinned model.

@@ -7,6 +7,7 @@ pub mod models;
 pub mod random;
 pub mod small_body;
 pub mod small_model;
+pub mod small_wavelet;
 pub mod vectors;
 
 pub use habitus_reference as reference;

@@ -1,15 +1,22 @@
 //! Accuracy of the `f32` kernels against the same formula in `f64`, on random models, with the bound of rounding error analysis.
 
+// Indices are what the formulas are written in.
+#![allow(clippy::needless_range_loop)]
+
 use habitus_core::format::Model;
 use habitus_core::generator::{Generator, Weights};
+use habitus_core::wavelet::transform::{analysis, analysis_req};
+use habitus_core::wavelet::window::{window, window_req};
 use habitus_tests::reference::bilinear::Bilinear;
 use habitus_tests::reference::model_file::{Extras, bytes, file, sections};
 use habitus_tests::reference::normal_equations::{Frame, Sample, equations};
+use habitus_tests::reference::number::Number;
 use habitus_tests::reference::placement::Placement;
 use habitus_tests::reference::skin_file::{skinned_head, skinned_sections};
 use habitus_tests::reference::skinned::Skinned;
 use habitus_tests::reference::storage::Storage;
-use habitus_tests::vectors::{Shape, Stream, skinned};
+use habitus_tests::reference::wavelet::{self, Grid, Wavelet};
+use habitus_tests::vectors::{Shape, Stream, multiscale, skinned};
 
 fn model(name: &str, n: usize, di: usize, dp: usize, linear: bool) -> Bilinear {
     let mut stream = Stream::of(name);
@@ -247,4 +254,122 @@ fn weights_sum_to_one_and_a_pose_of_zero_rests() {
             }
         }
     }
+}
+
+/// A grid, a wavelet and samples by a stream.
+fn wavelet_case(stream: &mut Stream) -> (Grid, Wavelet) {
+    let base = [2 + stream.below(4), 2 + stream.below(4)];
+    let grid = Grid { base, levels: stream.below(4) };
+    (grid, Wavelet::ALL[stream.below(2)])
+}
+
+fn core_of(grid: &Grid, wavelet: Wavelet) -> (habitus_core::wavelet::Grid, habitus_core::wavelet::Wavelet) {
+    let core = habitus_core::wavelet::Grid::new(grid.base[0], grid.base[1], grid.levels).unwrap();
+    let kind = match wavelet {
+        Wavelet::Cubic => habitus_core::wavelet::Wavelet::Cubic,
+        Wavelet::Bilinear => habitus_core::wavelet::Wavelet::Bilinear,
+    };
+    (core, kind)
+}
+
+/// Analysis, synthesis at every level, a window of it and the order of the coefficients against the reference, bit by bit, on random grids.
+fn transforms<R: Number + habitus_core::Real + Default>(name: &str) {
+    let mut stream = Stream::of(name);
+    let hex = |numbers: &[R]| numbers.iter().map(|number| number.hexadecimal()).collect::<Vec<_>>();
+    for _ in 0..60 {
+        let (grid, wavelet) = wavelet_case(&mut stream);
+        let (core, kind) = core_of(&grid, wavelet);
+        for (q, node) in grid.nodes().iter().enumerate() {
+            let found = core.node_of(q).unwrap();
+            assert_eq!((found.level, found.column, found.row), (node.level, node.column, node.row));
+        }
+        let samples: Vec<R> = stream.numbers(grid.len(), 10.0);
+        let expected = wavelet::analysis(&grid, wavelet, &samples);
+        let mut coefficients = vec![R::default(); grid.len()];
+        let mut workspace = vec![R::default(); analysis_req(&core).numbers()];
+        analysis(&core, kind, &samples, &mut coefficients, &mut workspace).unwrap();
+        assert_eq!(hex(&coefficients), hex(&expected), "{grid:?} {wavelet:?}");
+        for level in 0..=grid.levels {
+            let whole = wavelet::synthesis(&grid, wavelet, level, &coefficients);
+            let (w, h) = (grid.width(level), grid.height(level));
+            let (left, top) = (stream.below(w), stream.below(h));
+            let (right, bottom) = (left + 1 + stream.below(w - left), top + 1 + stream.below(h - top));
+            for ([left, right], [top, bottom]) in [([0, w], [0, h]), ([left, right], [top, bottom])] {
+                let mut out = vec![R::default(); (right - left) * (bottom - top)];
+                let (columns, rows) = (left..right, top..bottom);
+                let mut workspace = vec![R::default(); window_req(&core, level, &columns, &rows).numbers()];
+                window(&core, kind, level, columns, rows, &coefficients, &mut out, &mut workspace).unwrap();
+                let expected = wavelet::cut(&whole, w, [left, right], [top, bottom]);
+                assert_eq!(hex(&out), hex(&expected), "{grid:?} {wavelet:?} level {level}");
+            }
+        }
+    }
+}
+
+#[test]
+fn wavelet_transforms_have_the_bits_of_the_reference() {
+    transforms::<f32>("transforms of f32");
+    transforms::<f64>("transforms of f64");
+}
+
+/// A constant is its own base and has no details; the transform is linear and comes back, in `f64`.
+#[test]
+fn wavelet_transforms_of_the_reference_are_what_they_should_be() {
+    let mut stream = Stream::of("properties of transforms");
+    for _ in 0..40 {
+        let (grid, wavelet) = wavelet_case(&mut stream);
+        let n = grid.len();
+        let coarse = grid.count(0);
+        let of_constant = wavelet::analysis(&grid, wavelet, &vec![3.0f64; n]);
+        assert!(of_constant[..coarse].iter().all(|value| (value - 3.0).abs() < 1e-12));
+        assert!(of_constant[coarse..].iter().all(|value| value.abs() < 1e-12));
+        let (a, b): (Vec<f64>, Vec<f64>) = (stream.numbers(n, 1.0), stream.numbers(n, 1.0));
+        let sum: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a - 2.0 * b).collect();
+        let [a, b, sum] = [a, b, sum].map(|samples| wavelet::analysis(&grid, wavelet, &samples));
+        assert!((0..n).all(|k| (a[k] - 2.0 * b[k] - sum[k]).abs() < 1e-10));
+        let samples: Vec<f64> = stream.numbers(n, 1.0);
+        let back = wavelet::synthesis(&grid, wavelet, grid.levels, &wavelet::analysis(&grid, wavelet, &samples));
+        assert!(samples.iter().zip(&back).all(|(a, b)| (a - b).abs() < 1e-12));
+    }
+}
+
+/// Wavelet models of 100 mm in `f32` against the same formula in `f64`, and derivatives of the reference in `f64` against its values, which are linear in a single weight.
+#[test]
+fn wavelet_models_against_double_precision() {
+    let (mut worst, mut sloped) = (0.0f64, 0.0f64);
+    for (name, storage) in
+        [("wavelets f32", Storage::F32), ("wavelets f16", Storage::F16), ("wavelets i8", Storage::I8)]
+    {
+        for wavelet in Wavelet::ALL {
+            let grid = Grid { base: [3, 4], levels: 3 };
+            let model = multiscale(name, grid, wavelet, [2, 3], storage);
+            let (di, dp) = (2 * grid.len(), 3 * grid.len());
+            let mut stream = Stream::of("weights of wavelets");
+            for _ in 0..5 {
+                let (x, y): (Vec<f32>, Vec<f32>) = (stream.numbers(di, 1.5), stream.numbers(dp, 1.5));
+                let (single, double) = (model.positions(&x, &y), model.positions(&wide(&x), &wide(&y)));
+                for (single, double) in single.iter().flatten().zip(double.iter().flatten()) {
+                    worst = worst.max((f64::from(*single) - double).abs());
+                }
+                let (x, y, v) = (wide(&x), wide(&y), stream.below(grid.len()));
+                let [by_identity, by_pose] = model.derivatives(&x, &y, v);
+                let (at, k) = (model.positions(&x, &y)[v], stream.below(di));
+                let mut moved = x.clone();
+                moved[k] += 1.0;
+                for axis in 0..3 {
+                    let difference = model.positions(&moved, &y)[v][axis] - at[axis];
+                    sloped = sloped.max((difference - by_identity[k][axis]).abs());
+                }
+                let (mut moved, k) = (y.clone(), stream.below(dp));
+                moved[k] += 1.0;
+                for axis in 0..3 {
+                    let difference = model.positions(&x, &moved)[v][axis] - at[axis];
+                    sloped = sloped.max((difference - by_pose[k][axis]).abs());
+                }
+            }
+        }
+    }
+    println!("wavelet models: positions off by {worst:.1e} mm at most, derivatives by {sloped:.1e} mm");
+    // A coefficient of 100 mm is rounded by 4e-6 mm, and three levels of the cubic synthesis amplify that by 18 at most, the condition of a line.
+    assert!(worst > 1e-6 && worst < 1e-4 && sloped < 1e-10, "{worst} {sloped}");
 }

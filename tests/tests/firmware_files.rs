@@ -1,4 +1,4 @@
-//! The files that the firmware carries: the small model, and what a host computes from it; and the small body that the examples pose.
+//! The files that the firmware carries: the small model, and what a host computes from it; and the small body and the wavelet model of the examples.
 //!
 //! After a change that is meant to alter them, `HABITUS_BLESS=1 cargo test --test firmware_files` writes them
 //! again; the firmware then shows whether the other target agrees.
@@ -6,7 +6,7 @@
 use habitus_core::fit::{fit_landmarks, fit_landmarks_req};
 use habitus_core::format::Model;
 use habitus_core::rotation::similarity::Similarity;
-use habitus_tests::{small_body, small_model};
+use habitus_tests::{small_body, small_model, small_wavelet};
 use std::path::Path;
 
 #[path = "../../examples/firmware/src/cases.rs"]
@@ -30,6 +30,11 @@ fn the_firmware_carries_the_small_model() {
 #[test]
 fn the_examples_pose_the_small_body() {
     check("body.hab", &small_body::bytes());
+}
+
+#[test]
+fn the_examples_fit_the_small_wavelet_model() {
+    check("wavelet.hab", &small_wavelet::bytes());
 }
 
 #[test]

@@ -33,7 +33,7 @@ impl Example {
         project().join("examples").join(self.folder())
     }
 
-    /// The source of one of its programs, `face` or `body`.
+    /// The source of one of its programs: `face`, `body`, `wavelet`.
     pub fn source(self, program: &str) -> PathBuf {
         self.source_folder().join(format!("{program}.{}", self.folder()))
     }
@@ -95,6 +95,32 @@ pub fn found(example: Example, text: &str, obj: &str) -> Result<String, String> 
         return Err(format!("the OBJ lies {depth:.0} mm away"));
     }
     Ok(format!("{vertices} vertices, {}", shown.join(", ")))
+}
+
+/// The same of the program that fits a wavelet model: its surface doubles from level to level, its window has the bits of the whole, and its fit halves the distance at least.
+pub fn wavelet(text: &str, obj: &str) -> Result<String, String> {
+    let counts = numbers(text.lines().next().unwrap_or_default());
+    let [width, height, levels, ..] = *counts.as_slice() else {
+        return Err(String::from("the first line has no counts"));
+    };
+    let surfaces: Vec<Vec<f32>> = text.lines().filter(|line| line.starts_with("level ")).map(numbers).collect();
+    let last = surfaces.last().and_then(|line| line.first().copied());
+    if surfaces.len() as f32 != levels + 1.0 || last != Some(width * height) {
+        return Err(String::from("the levels do not lead to the whole surface"));
+    }
+    if !text.contains("the node in the middle is that of its window") {
+        return Err(String::from("the window differs from the whole"));
+    }
+    let fit = text.lines().find(|line| line.contains(" landmarks: ")).map(numbers).unwrap_or_default();
+    let [_, rms, start_rms] = *fit.as_slice() else {
+        return Err(String::from("no line says how the fit ended"));
+    };
+    if !(rms < start_rms / 2.0) {
+        return Err(format!("a fit of {rms} mm from {start_rms} mm"));
+    }
+    let vertices = (width * height) as usize;
+    mesh(obj, vertices, 2 * (width as usize - 1) * (height as usize - 1))?;
+    Ok(format!("{levels} levels, {rms} mm"))
 }
 
 /// The same of the program that poses a body.
@@ -170,6 +196,25 @@ mod tests {
 
     const TEXT: &str = "3 vertices, 1 triangles, 6 identity weights\nfit: 0.041 mm over 13 landmarks, converged\nmesh: 0.058 mm away\n";
     const OBJ: &str = "v 0 0 400\nv 1 0 400\nv 0 1 400\nf 1 2 3\n";
+
+    #[test]
+    fn a_fitted_wavelet_model_is_found_and_a_fault_is_named() {
+        let text = "3 x 2 nodes in 1 levels, 4 + 4 weights\nlevel 0: 2 vertices\nlevel 1: 6 vertices\n\
+            the node in the middle is that of its window\n5 landmarks: 0.250 mm, after placing alone 1.000 mm\n";
+        let vertices = "v 0 0 0\n".repeat(6);
+        let obj = vertices + &"f 1 2 3\n".repeat(4);
+        assert_eq!(wavelet(text, &obj).unwrap(), "1 levels, 0.25 mm");
+        for (from, to) in [
+            ("level 0: 2 vertices\n", ""),
+            ("1: 6", "1: 5"),
+            ("is that of", "differs from"),
+            ("0.250", "0.750"),
+            ("5 landmarks", "fit"),
+        ] {
+            assert!(wavelet(&text.replace(from, to), &obj).is_err(), "{from}");
+        }
+        assert!(wavelet(text, "v 0 0 0\n").is_err());
+    }
 
     #[test]
     fn a_posed_body_is_found_and_a_fault_is_named() {

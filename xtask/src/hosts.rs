@@ -15,9 +15,10 @@ use std::process::Command;
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// The models that the programs open: a face, and a body.
+/// The models that the programs open: a face, a body, and a wavelet model.
 const MODEL: &str = "examples/firmware/models/face.hab";
 const BODY: &str = "examples/firmware/models/body.hab";
+const WAVELET: &str = "examples/firmware/models/wavelet.hab";
 
 /// Options of `cargo xtask hosts`.
 #[derive(clap::Args)]
@@ -36,6 +37,7 @@ struct Place {
     layout_library: PathBuf,
     model: PathBuf,
     body: PathBuf,
+    wavelet: PathBuf,
 }
 
 /// Says what it found in a few words.
@@ -65,6 +67,7 @@ pub fn run(options: &Options) -> Result<()> {
         ("c", "examples/c, face, every build"),
         ("cpp", "examples/cpp, face, every build"),
         ("body", "examples/c and cpp, body, every build"),
+        ("wavelet", "examples/c and cpp, wavelet, every build"),
     ] {
         rows.push((name, format!("{} meshes of the same bytes", same_meshes(&place, folder)?)));
     }
@@ -122,10 +125,17 @@ fn placed(libraries: &Libraries) -> Result<Place> {
     ))?;
     let layout_library = target_dir(TARGET).join("debug/libhabitus_ffi.a");
     layout_entries(&scratch)?;
-    for folder in ["c", "cpp", "body"] {
+    for folder in ["c", "cpp", "body", "wavelet"] {
         std::fs::create_dir_all(scratch.join("meshes").join(folder)).map_err(failed)?;
     }
-    Ok(Place { prefix, scratch, layout_library, model: project().join(MODEL), body: project().join(BODY) })
+    Ok(Place {
+        prefix,
+        scratch,
+        layout_library,
+        model: project().join(MODEL),
+        body: project().join(BODY),
+        wavelet: project().join(WAVELET),
+    })
 }
 
 /// Two at a time, in order; a failed one does not stop the others.
@@ -264,7 +274,7 @@ fn with_library(place: &Place, flags: &[&str]) -> Vec<String> {
     flags.iter().map(|flag| (*flag).to_owned()).chain([include, library]).collect()
 }
 
-/// Runs the two programs of an example; their meshes go to the folders where [`same_meshes`] looks. Those of the body are the same in both languages.
+/// Runs the programs of an example; their meshes go to the folders where [`same_meshes`] looks. Those of the body and the wavelet model are the same in both languages.
 fn example_run(
     place: &Place,
     example: Example,
@@ -281,7 +291,10 @@ fn example_run(
     let mesh = meshes(place, "body").join(format!("{}-{way}.obj", example.folder()));
     let (text, obj) = ran("body", &place.body, &mesh)?;
     let body = example_output::body(example, &text, &obj).map_err(|fault| format!("{fault}\n{text}"))?;
-    Ok(format!("{face}; {body}"))
+    let mesh = meshes(place, "wavelet").join(format!("{}-{way}.obj", example.folder()));
+    let (text, obj) = ran("wavelet", &place.wavelet, &mesh)?;
+    let wavelet = example_output::wavelet(&text, &obj).map_err(|fault| format!("{fault}\n{text}"))?;
+    Ok(format!("{face}; {body}; {wavelet}"))
 }
 
 fn meshes(place: &Place, folder: &str) -> PathBuf {

@@ -16,8 +16,9 @@ const PROFILE: &str = "release";
 const WEB: &str = "examples/web";
 /// The model that the page starts with.
 const MODEL: &str = "examples/firmware/models/face.hab";
-/// A model of another kind, for the wrapper's tests.
+/// Models of other kinds, for the wrapper's tests.
 const BODY: &str = "examples/firmware/models/body.hab";
+const WAVELET: &str = "examples/firmware/models/wavelet.hab";
 
 /// A module: the same source for engines of different age.
 struct Module {
@@ -174,7 +175,7 @@ fn wrapper_run(compiler: &Compiler, title: &'static str, module: &Path) -> Resul
 fn unit_tests(title: &str, module: &Path) -> Result<Option<String>> {
     let ended = {
         let mut command = node("wrapper.mjs")?;
-        ended(command.arg(module).args([MODEL, BODY].map(|path| project().join(path))), Duration::from_secs(300))?
+        ended(command.arg(module).args([MODEL, BODY, WAVELET].map(|path| project().join(path))), Duration::from_secs(300))?
     };
     let count = |name: &str| {
         let line = ended.text.lines().find_map(|line| line.strip_prefix(name));

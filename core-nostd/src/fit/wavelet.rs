@@ -156,7 +156,7 @@ fn lines_req<'a, S: Storage<'a>>(generator: &Multiscale<Stored<'a, S>>) -> Requi
 ///
 /// | argument | shape | note |
 /// |---|---|---|
-/// | `samples` | at least one with a weight | each at a vertex of the generator, with one barycentric weight, 1 |
+/// | `samples` | at least one with a weight | those with a weight each at a vertex of the generator, with one barycentric weight, 1 |
 /// | `identity`, `pose` | `identity_dim`, `pose_dim` | start (commonly the means) and result; untouched on error |
 /// | `placement` | model to scan | start for [`Frame::Fixed`], result; untouched on error |
 /// | `workspace` | [`fit_wavelet_req`] | |
@@ -254,8 +254,10 @@ fn check<'a, S: Storage<'a>, P: Samples + ?Sized>(
     for index in 0..samples.len() {
         let Some(sample) = samples.get(index) else { continue };
         check_sample(&sample, index, generator.vertex_count())?;
-        vertex(&sample).ok_or(Error::BadSample { index: saturated(index) })?;
-        any |= sample.weight > 0.0;
+        if sample.weight > 0.0 {
+            vertex(&sample).ok_or(Error::BadSample { index: saturated(index) })?;
+            any = true;
+        }
     }
     if any { Ok(()) } else { Err(Error::Empty) }
 }

@@ -61,7 +61,17 @@ impl Gaussian<'_> {
     /// Errors: `DimensionMismatch`, `NotFinite` when a deviation or a weight is not finite; `weights` is untouched then. Panics: never.
     pub fn weights_into(&self, deviations: &[f32], weights: &mut [f32]) -> Result<(), Error> {
         check_len(self.mean.len(), deviations.len())?;
-        check_len(self.mean.len(), weights.len())?;
+        Spread { mean: self.mean, scale: self.scale }.weights_into(deviations, weights)
+    }
+}
+
+impl Spread<'_> {
+    /// As [`Gaussian::weights_into`], of the first weights, as many as there are deviations: a coarser level of a wavelet model has a prefix.
+    ///
+    /// Errors: as there; `DimensionMismatch` for more deviations than means. Panics: never.
+    pub fn weights_into(&self, deviations: &[f32], weights: &mut [f32]) -> Result<(), Error> {
+        check_len(self.mean.len().min(deviations.len()), deviations.len())?;
+        check_len(deviations.len(), weights.len())?;
         let all = || {
             let statistics = self.mean.iter().zip(self.scale.iter());
             statistics.zip(deviations).map(|((mean, scale), deviation)| mean + deviation * scale)

@@ -11,7 +11,7 @@ import { readFile } from "node:fs/promises";
 import { join } from "node:path";
 import Habitus from "../habitus.js";
 
-const FILES = ["generator.txt", "fit.txt", "files.txt"];
+const FILES = ["generator.txt", "fit.txt", "bodies.txt", "wavelets.txt", "files.txt"];
 const { CONSTANTS } = Habitus;
 
 /** The cases of a text: kernel, name, and the words of each field. */
@@ -128,17 +128,24 @@ const KERNELS = {
   },
 
   fit_points(test, model) {
-    const triples = (key) => chunks(test.floats(key), 3);
-    const [corners, kinds] = [chunks(test.integers("corners"), 3), test.integers("kinds")];
-    const [barycentric, targets, normals, weights] = [triples("barycentric"), triples("targets"), triples("normals"), test.floats("sample_weights")];
-    const samples = kinds.map((kind, k) => ({
-      vertices: corners[k],
-      barycentric: barycentric[k],
-      target: targets[k],
-      normal: kind === 2 ? normals[k] : undefined,
-      weight: kind === 0 ? 0 : weights[k],
-    }));
-    compareFit(test, model.fitPoints(samples, fitOptions(test)));
+    compareFit(test, model.fitPoints(samplesOf(test), fitOptions(test)));
+  },
+
+  fit_wavelet(test, model) {
+    const [identityFree, poseFree] = test.integers("free");
+    const [firstLevel, end] = test.integers("fitted_levels");
+    const options = {
+      frame: test.word("frame"),
+      ...{ identity: identityFree > 0, pose: poseFree > 0, firstLevel, nLevels: end - firstLevel },
+      ...{ kappa: test.float("kappa"), omega: test.float("omega"), passes: test.integer("passes") },
+      start: { ...weightsOf(test), placement: placementOf(test.floats("placement")) },
+    };
+    const { identity, pose, placement, report } = model.fitLevels(samplesOf(test), options);
+    test.compareIntegers("passes_reached", [report.passes, report.reached]);
+    test.compare("rms_start", [report.rms, report.startRms]);
+    test.compare("identity_fitted", identity);
+    test.compare("pose_fitted", pose);
+    test.compare("placement_fitted", [placement.scale, ...placement.rotation, ...placement.translation]);
   },
 
   fit_landmarks(test, model) {
@@ -149,11 +156,14 @@ const KERNELS = {
 
   open(test, model) {
     const { kind, nVertices, identityDim, poseDim } = model.counts;
+    // The header of a wavelet model counts the weights of one coefficient.
+    const coefficients = kind === CONSTANTS.HAB_KIND_WAVELET ? model.grid().nCoefficients : 1;
+    const [d, e] = [identityDim / coefficients, poseDim / coefficients];
     const flags = test.integers("header")[4];
-    test.compareIntegers("header", [kind, nVertices, identityDim, poseDim, flags]);
+    test.compareIntegers("header", [kind, nVertices, d, e, flags]);
     test.numbers--;
     const sections = model.sections();
-    const terms = 1 + identityDim * poseDim + (flags & 1 ? identityDim : 0) + (flags & 2 ? poseDim : 0);
+    const terms = termsOf(model, d, e, flags);
     if (sections[0].shape[1] !== terms) throw new Error(`${sections[0].shape[1]} terms, expected ${terms}`);
     const ignorable = chunks(test.integers("sections"), 9).map((section) => section[1]);
     const rows = sections.map(({ id, element, rank, shape, dataBytes }, k) => {
@@ -173,6 +183,29 @@ const KERNELS = {
     if (model.counts.nFaces > 0) test.compareIntegers("faces", model.faces());
   },
 };
+
+/** Terms of a block of coefficients: the offset lies apart unless they are `f32`. */
+function termsOf(model, d, e, flags) {
+  const { kind, element, nJoints } = model.counts;
+  const offset = element === CONSTANTS.HAB_ELEMENT_F32 ? 1 : 0;
+  if (kind === CONSTANTS.HAB_KIND_WAVELET) return offset + d * e;
+  if (kind === CONSTANTS.HAB_KIND_LINEAR) return offset + d;
+  if (kind === CONSTANTS.HAB_KIND_SKINNED) return offset + d + (flags & 2 ? 9 * nJoints : 0);
+  return offset + d * e + (flags & 1 ? d : 0) + (flags & 2 ? e : 0);
+}
+
+function samplesOf(test) {
+  const triples = (key) => chunks(test.floats(key), 3);
+  const [corners, kinds] = [chunks(test.integers("corners"), 3), test.integers("kinds")];
+  const [barycentric, targets, normals, weights] = [triples("barycentric"), triples("targets"), triples("normals"), test.floats("sample_weights")];
+  return kinds.map((kind, k) => ({
+    vertices: corners[k],
+    barycentric: barycentric[k],
+    target: targets[k],
+    normal: kind === 2 ? normals[k] : undefined,
+    weight: kind === 0 ? 0 : weights[k],
+  }));
+}
 
 function fitOptions(test) {
   const prior = (key) => {
@@ -204,7 +237,10 @@ function compareFit(test, { identity, pose, placement, report }) {
 /** The error that a case expects, with C's number of an option: the kernel counts the noise as 2, hab_fit_options as 7. */
 function expectedError(test) {
   const [code, first, second] = test.integers("error");
-  return test.kernel.startsWith("fit_") && code === CONSTANTS.HAB_BAD_OPTION && first === 2 ? [code, 7, second] : [code, first, second];
+  if (code !== CONSTANTS.HAB_BAD_OPTION) return [code, first, second];
+  // Of a fit by levels the kernel counts 1 kappa, 2 omega, 3 levels or passes.
+  if (test.kernel === "fit_wavelet") return [code, first < 3 ? first + 3 : test.integer("passes") === 0 ? 7 : 6, second];
+  return test.kernel.startsWith("fit_") && first === 2 ? [code, 7, second] : [code, first, second];
 }
 
 function run(kernel, given, models) {
@@ -213,6 +249,11 @@ function run(kernel, given, models) {
   let model;
   try {
     model = kernel.open(test.model());
+    if (test.has("levels")) model.setLevels(...test.integers("levels"));
+    if (test.has("window")) {
+      const [left, right, top, bottom] = test.integers("window");
+      model.setWindow(left, right - left, top, bottom - top);
+    }
     KERNELS[test.kernel](test, model);
     if (test.has("error")) problem = "it was accepted";
     else if (test.numbers === 0) problem = "nothing was compared";
@@ -242,7 +283,7 @@ function changed(given) {
 }
 
 /** Fields whose words are decimal. */
-const INTEGERS = new Set(["header", "sections", "landmarks", "faces", "error", "ranges", "kinds", "corners", "iterations_status"]);
+const INTEGERS = new Set(["header", "sections", "landmarks", "faces", "error", "ranges", "kinds", "corners", "iterations_status", "passes_reached"]);
 
 const [path, folder] = process.argv.slice(2);
 if (folder === undefined) {

@@ -1,6 +1,6 @@
 // Tests of habitus.js: what it gives, what it refuses, and what becomes of its memory.
 //
-//     node wrapper.mjs HABITUS.wasm face.hab body.hab
+//     node wrapper.mjs HABITUS.wasm face.hab body.hab wavelet.hab
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
@@ -8,14 +8,15 @@ import test from "node:test";
 import vm from "node:vm";
 import Habitus from "../habitus.js";
 
-const [wasmPath, modelPath, bodyPath] = process.argv.slice(2);
-if (bodyPath === undefined) {
-  console.error("usage: node wrapper.mjs HABITUS.wasm face.hab body.hab");
+const [wasmPath, modelPath, bodyPath, waveletPath] = process.argv.slice(2);
+if (waveletPath === undefined) {
+  console.error("usage: node wrapper.mjs HABITUS.wasm face.hab body.hab wavelet.hab");
   process.exit(2);
 }
 const wasm = await readFile(wasmPath);
 const face = await readFile(modelPath);
 const body = await readFile(bodyPath);
+const wavelet = await readFile(waveletPath);
 const { CONSTANTS } = Habitus;
 
 const loaded = () => Habitus.load(wasm);
@@ -181,6 +182,38 @@ test("a body moves in the way that was set, and is fitted within its bounds", as
   model.setBlend(CONSTANTS.HAB_BLEND_LINEAR);
   model.setJoints(CONSTANTS.HAB_JOINTS_REGRESSED);
   assert.deepEqual(model.evaluate(weights), whole);
+});
+
+test("a wavelet model has levels and windows, and is fitted level by level", async () => {
+  const kernel = await loaded();
+  const before = kernel.usedBytes;
+  const model = kernel.open(wavelet);
+  const { width, height, levels, nCoefficients } = model.grid();
+  assert.deepEqual([model.counts.kind, model.counts.nVertices, nCoefficients], [CONSTANTS.HAB_KIND_WAVELET, width * height, width * height]);
+  const whole = model.evaluate(mean(model));
+  // Half a standard deviation from the mean in the weights of the base.
+  const shape = { ...mean(model), identity: model.weights("identity", new Array(24).fill(0.5)) };
+  const targets = landmarksOf(model, model.evaluate(shape));
+  const samples = targets.map(([x, y, z], k) => ({ vertex: model.landmarks()[k], target: [40 - y, x - 20, z + 300] }));
+  const { identity, pose, report } = model.fitLevels(samples, { nLevels: 2 });
+  assert.ok(report.rms < report.startRms / 2 && report.passes === 8, `${report.rms} mm`);
+  assert.deepEqual([identity.length, pose.length], [model.counts.identityDim, model.counts.poseDim]);
+  refuses(() => model.fitLevels(samples, { kappa: 0 }), "HAB_BAD_OPTION", [4, 0]);
+  refuses(() => model.fitLevels(samples, { frame: "loose" }), "HAB_BAD_OPTION", [1, 0]);
+  assert.throws(() => model.fitLevels(samples, { level: 1 }), TypeError);
+  model.setWindow(3, 2, 5, 1);
+  const { firstColumn, nColumns, firstRow, nRows } = model.grid();
+  assert.deepEqual([firstColumn, nColumns, firstRow, nRows, model.counts.nVertices], [3, 2, 5, 1, 2]);
+  assert.deepEqual(model.evaluate(mean(model)), whole.slice(3 * (5 * width + 3), 3 * (5 * width + 5)));
+  model.setLevels(0, 1);
+  assert.deepEqual([model.grid().detail, model.grid().resolution, model.counts.nVertices], [0, 1, 35]);
+  assert.equal(model.evaluate(mean(model)).length, 3 * 35);
+  refuses(() => model.setLevels(levels + 1, 0), "HAB_INDEX_OUT_OF_RANGE", [levels + 1, levels + 1]);
+  const other = kernel.open(face);
+  refuses(() => other.grid(), "HAB_WRONG_KIND", [4, 1]);
+  other.close();
+  model.close();
+  assert.equal(kernel.usedBytes, before);
 });
 
 test("derivatives are what differences say", async () => {

@@ -8,6 +8,8 @@ use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
+use habitus_core::wavelet::transform::synthesis;
+use habitus_core::wavelet::{Grid, Wavelet};
 use habitus_core::{Error, Real};
 
 /// A call with its arguments. A closure is one; the kernels are types of their own, because only a method can be made to be inlined into its
@@ -187,6 +189,19 @@ pub trait Backend {
         workspace: &mut [f32],
     ) -> Result<FitReport, Error> {
         self.within(FitLandmarks { model, generator, targets, options, identity, pose, placement, workspace })
+    }
+
+    #[inline(always)]
+    fn wavelet_synthesis(
+        &self,
+        grid: &Grid,
+        wavelet: Wavelet,
+        level: usize,
+        coefficients: &[f32],
+        out: &mut [f32],
+        workspace: &mut [f32],
+    ) -> Result<(), Error> {
+        self.within(|| synthesis(grid, wavelet, level, coefficients, out, workspace))
     }
 
     #[inline(always)]

@@ -11,6 +11,7 @@
 //! | `fit.txt` | normal equations, priors, fits |
 //! | `solve.txt` | Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt; QR, least squares, 3 x 3 SVD, measures of isometry, L-BFGS-B |
 //! | `bodies.txt` | all of these for linear and skinned models in every storage, and for bilinear ones in half precision and bytes |
+//! | `wavelets.txt` | the wavelet transform; wavelet models by levels and windows in every storage, their fits by levels |
 //! | `files.txt` | what model files hold, and what is refused |
 #![no_std]
 #![forbid(unsafe_code)]
@@ -35,7 +36,7 @@ pub struct Vectors<'t> {
     /// Model files that the cases name.
     pub models: &'t str,
     /// Name and text of each file of cases.
-    pub files: [(&'t str, &'t str); 5],
+    pub files: [(&'t str, &'t str); 6],
 }
 
 /// The committed vectors.
@@ -46,6 +47,7 @@ pub const VECTORS: Vectors<'static> = Vectors {
         ("fit.txt", include_str!("../vectors/fit.txt")),
         ("solve.txt", include_str!("../vectors/solve.txt")),
         ("bodies.txt", include_str!("../vectors/bodies.txt")),
+        ("wavelets.txt", include_str!("../vectors/wavelets.txt")),
         ("files.txt", include_str!("../vectors/files.txt")),
     ],
 };

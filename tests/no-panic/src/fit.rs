@@ -3,12 +3,13 @@
 use crate::memory::{Input, Output, status};
 use habitus_core::Error;
 use habitus_core::fit::{
-    FitOptions, FitReport, Frame, Sample, SurfacePoint, fit_landmarks, fit_landmarks_req, fit_points, fit_points_req,
-    normal_equations, normal_equations_req,
+    FitOptions, FitReport, Frame, Sample, SurfacePoint, WaveletOptions, fit_landmarks, fit_landmarks_req, fit_points,
+    fit_points_req, fit_wavelet, fit_wavelet_req, normal_equations, normal_equations_req,
 };
 use habitus_core::format::{Mode, Model};
 use habitus_core::generator::{Generator, Weights};
 use habitus_core::prior::Prior;
+use habitus_core::quantise::{F16, F32, I8, Storage};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::levenberg_marquardt::Limits;
 
@@ -135,6 +136,50 @@ unsafe fn equations(problem: Problem) -> Result<f32, Error> {
     let samples = [sample(numbers.first().ok_or(Error::Empty)?)];
     let weights = Weights { identity, pose };
     normal_equations(&generator, weights, samples.as_slice(), &Similarity::IDENTITY, frame, jtj, jtr, workspace)
+}
+
+fn by_levels<'a, S: Storage<'a>>(problem: Problem) -> Result<f32, Error> {
+    // SAFETY: the caller's promise.
+    let model = Model::open(unsafe { problem.bytes.slice() })?;
+    // SAFETY: the caller's promise.
+    let numbers = unsafe { problem.points.slice() };
+    // SAFETY: the caller's promise.
+    let (identity, pose, workspace) =
+        unsafe { (problem.identity.slice(), problem.pose.slice(), problem.workspace.slice()) };
+    let generator = model.wavelet::<S>()?;
+    let options = WaveletOptions {
+        frame: frame(problem.frame),
+        identity: model.spread(Mode::Identity).filter(|_| problem.place),
+        pose: model.spread(Mode::Pose),
+        kappa: problem.factor,
+        omega: problem.factor,
+        levels: 0..problem.prior as usize,
+        passes: problem.max_iterations,
+    };
+    let mut samples = [sample(&[0.0; 8]); 40];
+    for (sample_, numbers) in samples.iter_mut().zip(numbers) {
+        *sample_ = sample(numbers);
+    }
+    let samples = samples.get(..numbers.len()).ok_or(Error::Empty)?;
+    fit_wavelet_req(&generator, samples.len(), &options.levels).check(workspace.len())?;
+    let mut placement = Similarity::IDENTITY;
+    let report = fit_wavelet(&generator, samples, &options, identity, pose, &mut placement, workspace)?;
+    Ok(report.rms + report.start_rms + report.reached as f32)
+}
+
+macro_rules! levels {
+    ($($name:ident = $storage:ident;)*) => {$(
+        #[unsafe(no_mangle)]
+        unsafe extern "C" fn $name(problem: Problem) -> i32 {
+            status(by_levels::<$storage<'_>>(problem))
+        }
+    )*};
+}
+
+levels! {
+    check_fit_wavelet_f32 = F32;
+    check_fit_wavelet_f16 = F16;
+    check_fit_wavelet_i8 = I8;
 }
 
 fn reported(result: Result<FitReport, Error>) -> i32 {

@@ -7,6 +7,7 @@ use habitus_core::format::{Mode, Model};
 use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::prepared::{Prepared, prepared_req};
 use habitus_core::generator::skinned::Blend;
+use habitus_core::generator::wavelet::{with_fixed, with_fixed_req};
 use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::quantise::{F16, F32, I8, Storage};
 use habitus_core::skeleton::JointMode;
@@ -182,6 +183,22 @@ fn skinned<'a, S: Storage<'a>>(mut call: Slices<'a>) -> Result<(), Error> {
     }
 }
 
+fn wavelet<'a, S: Storage<'a>>(mut call: Slices<'a>) -> Result<(), Error> {
+    let whole = Model::open(call.bytes)?.wavelet::<S>()?;
+    let (range, at) = (call.range.clone(), call.at);
+    let generator = whole.with_levels(at % 16, range.start % 16)?.with_window(range.clone(), at..range.end)?;
+    used(&generator, &mut call)?;
+    let fixed = mode(call.choices[0]);
+    let workspace = core::mem::take(&mut call.workspace);
+    with_fixed_req(&generator, fixed).check(workspace.len())?;
+    let form = with_fixed(&generator, fixed, call.filled, &range, workspace)?;
+    let [column, row] = form.node(at).unwrap_or_default();
+    if let Some(value) = call.values.first_mut() {
+        *value += (column + row + form.detail() + form.grid().len() + form.whole_grid().len()) as f32;
+    }
+    used(&form, &mut call)
+}
+
 macro_rules! entries {
     ($($name:ident = $function:ident::<$storage:ident>;)*) => {$(
         #[unsafe(no_mangle)]
@@ -202,4 +219,7 @@ entries! {
     check_skinned_f32 = skinned::<F32>;
     check_skinned_f16 = skinned::<F16>;
     check_skinned_i8 = skinned::<I8>;
+    check_wavelet_f32 = wavelet::<F32>;
+    check_wavelet_f16 = wavelet::<F16>;
+    check_wavelet_i8 = wavelet::<I8>;
 }

@@ -17,6 +17,7 @@ pub mod lbfgsb;
 pub mod levenberg_marquardt;
 pub mod linear;
 pub mod model_file;
+pub mod multiscale;
 pub mod normal_equations;
 pub mod number;
 pub mod placement;
@@ -30,6 +31,8 @@ pub mod skinned;
 pub mod storage;
 pub mod stored_bilinear;
 pub mod svd3;
+pub mod wavelet;
+pub mod wavelet_fit;
 
 /// What a kernel refuses: code of the error and its two numbers (zero where it has fewer).
 pub type Refusal = [u32; 3];

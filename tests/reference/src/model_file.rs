@@ -64,7 +64,7 @@ pub(crate) fn integers(values: impl IntoIterator<Item = u32>) -> Vec<u8> {
 #[derive(Debug, Clone, Copy)]
 #[allow(missing_docs)]
 pub struct Head {
-    /// 1 bilinear, 2 linear, 3 skinned.
+    /// 1 bilinear, 2 linear, 3 skinned, 4 wavelet.
     pub kind: u32,
     pub n: usize,
     pub identity_dim: usize,

@@ -5,7 +5,7 @@ use super::model_file::{Extras, Head, Section, extra_sections, floats, integers}
 use super::skinned::Skinned;
 use super::storage::{Storage, Term};
 
-fn section(id: u32, element: u32, shape: &[usize], bytes: Vec<u8>) -> Section {
+pub(crate) fn section(id: u32, element: u32, shape: &[usize], bytes: Vec<u8>) -> Section {
     let shape = shape.iter().map(|&axis| axis as u32).collect();
     Section { id, may_ignore: id == 25, element, shape, bytes }
 }

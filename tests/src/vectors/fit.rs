@@ -60,7 +60,7 @@ pub enum Order {
     Scattered,
 }
 
-fn word(value: impl std::fmt::Debug) -> String {
+pub fn word(value: impl std::fmt::Debug) -> String {
     format!("{value:?}").to_lowercase()
 }
 
@@ -105,7 +105,7 @@ fn samples(model: &Model, count: usize, kind: Kind, order: Order) -> Vec<Option<
         .collect()
 }
 
-fn sample_fields(case: &mut Case<'_>, samples: &[Option<Sample>]) {
+pub fn sample_fields(case: &mut Case<'_>, samples: &[Option<Sample>]) {
     let none = Sample { corners: [0; 3], barycentric: [0.0; 3], target: [0.0; 3], normal: None, weight: 0.0 };
     let all: Vec<&Sample> = samples.iter().map(|sample| sample.as_ref().unwrap_or(&none)).collect();
     let kind = |sample: &Option<Sample>| sample.as_ref().map_or(0, |s| if s.normal.is_some() { 2 } else { 1 });
@@ -118,7 +118,7 @@ fn sample_fields(case: &mut Case<'_>, samples: &[Option<Sample>]) {
         .numbers("sample_weights", all.iter().map(|sample| &sample.weight));
 }
 
-fn placement() -> Placement<f32> {
+pub fn placement() -> Placement<f32> {
     Placement { scale: 1.125, rotation: rotation_matrix([0.25, -0.5, 0.125]), translation: [12.0, -34.0, 56.0] }
 }
 
@@ -126,14 +126,14 @@ pub fn normal_equations(file: &mut File, model: &Model, count: usize, kind: Kind
     let (x, y) = weights(model);
     let samples = samples(model, count, kind, order);
     let (energy, jtj, jtr) = equations(model.generator.as_ref(), &x, &y, &samples, &placement(), frame);
-    let name = format!("{}_{count}_{}_{}_{}", model.name, word(kind), word(order), word(frame));
+    let name = format!("{}_{count}_{}_{}_{}", model.label(), word(kind), word(order), word(frame));
     let mut case = start(file, "normal_equations", model, &name, &x, &y, frame, &placement());
     sample_fields(&mut case, &samples);
     case.number("energy", energy).numbers("jtr", &jtr).rows("jtj", &jtj);
 }
 
 #[allow(clippy::too_many_arguments)]
-fn start<'f>(
+pub fn start<'f>(
     file: &'f mut File,
     kernel: &str,
     model: &Model,
@@ -145,6 +145,7 @@ fn start<'f>(
 ) -> Case<'f> {
     let mut case = file.case(kernel, name);
     case.word("model", &model.name)
+        .parts(model)
         .numbers("identity", x)
         .numbers("pose", y)
         .word("frame", &word(frame))
@@ -234,7 +235,7 @@ fn priors(file: &mut File, model: &Model) {
 }
 
 /// Targets at every vertex: a shape of the model, moved, with noise.
-fn everywhere(model: &Model, kind: Kind) -> Vec<Option<Sample>> {
+pub fn everywhere(model: &Model, kind: Kind) -> Vec<Option<Sample>> {
     let (x, y) = weights(model);
     let mut samples = samples(model, model.generator.n(), kind, Order::Runs);
     let mut stream = Stream::of("noise");
@@ -297,10 +298,10 @@ pub fn few_fits(file: &mut File, model: &Model) {
         ),
         ("mixed_box", &mixed, options(Frame::Rigid, false, boxed("identity"), boxed("pose"), 6), placement()),
     ] {
-        fitted(file, model, &format!("{}_{what}", model.name), samples, &options, [&x0, &y0], &from);
+        fitted(file, model, &format!("{}_{what}", model.label()), samples, &options, [&x0, &y0], &from);
     }
     let options = options(Frame::Rigid, true, gaussian("identity"), gaussian("pose"), 50);
-    landmark_fits(file, model, &format!("{}_", model.name), &vertices, &options);
+    landmark_fits(file, model, &format!("{}_", model.label()), &vertices, &options);
 }
 
 /// Fits to a shape of the model, moved, with noise.

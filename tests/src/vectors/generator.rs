@@ -43,8 +43,8 @@ pub fn weights(model: &Model) -> (Vec<f32>, Vec<f32>) {
 }
 
 pub fn start<'f>(file: &'f mut File, kernel: &str, model: &Model, what: &str, x: &[f32], y: &[f32]) -> Case<'f> {
-    let mut case = file.case(kernel, &format!("{}_{what}", model.name));
-    case.word("model", &model.name).numbers("identity", x).numbers("pose", y);
+    let mut case = file.case(kernel, &format!("{}_{what}", model.label()));
+    case.word("model", &model.name).parts(model).numbers("identity", x).numbers("pose", y);
     case
 }
 

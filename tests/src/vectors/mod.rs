@@ -14,10 +14,14 @@ mod models;
 mod solve;
 mod stream;
 mod text;
+mod wavelet_fits;
+mod wavelet_models;
+mod wavelets;
 
 pub use body_models::{Shape, skinned};
 use models::Models;
 pub use stream::Stream;
+pub use wavelet_models::multiscale;
 
 /// Name and text of each file.
 pub fn written() -> Vec<(&'static str, String)> {
@@ -28,6 +32,7 @@ pub fn written() -> Vec<(&'static str, String)> {
         ("fit.txt", fit::text(&models)),
         ("solve.txt", solve::text()),
         ("bodies.txt", bodies::text(&models)),
+        ("wavelets.txt", wavelets::text(&models)),
         ("files.txt", files::text(&models)),
     ]
 }

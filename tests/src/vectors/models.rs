@@ -2,6 +2,7 @@
 
 use super::stream::Stream;
 use super::text::File;
+use super::wavelet_models::WaveModel;
 use crate::reference::bilinear::Bilinear;
 use crate::reference::generator::Generator;
 use crate::reference::model_file::{Extras, Head, Section, file, head, sections};
@@ -18,6 +19,8 @@ pub struct Model {
     pub extras: Extras,
     pub sections: Vec<Section>,
     pub bytes: Vec<u8>,
+    /// Which part of a wavelet model the cases are about: a suffix of their names, and their fields `levels` and `window`.
+    pub part: (String, Vec<(&'static str, Vec<u32>)>),
 }
 
 impl Model {
@@ -29,7 +32,12 @@ impl Model {
         extras: Extras,
     ) -> Self {
         let bytes = file(&head, &sections);
-        Model { name, generator, head, extras, sections, bytes }
+        Model { name, generator, head, extras, sections, bytes, part: Default::default() }
+    }
+
+    /// What its cases are called.
+    pub fn label(&self) -> String {
+        format!("{}{}", self.name, self.part.0)
     }
 }
 
@@ -37,6 +45,7 @@ impl Model {
 pub struct Models {
     all: Vec<Model>,
     bodies: Vec<Model>,
+    waves: Vec<WaveModel>,
 }
 
 impl Models {
@@ -60,7 +69,7 @@ impl Models {
             provenance: "numbers of a stream, for the golden vectors".into(),
         };
         all.push(model("whole".into(), 45, [3, 2], [false, true], extras));
-        Models { all, bodies: super::body_models::bodies() }
+        Models { all, bodies: super::body_models::bodies(), waves: super::wavelet_models::waves() }
     }
 
     pub fn named(&self, name: &str) -> &Model {
@@ -72,6 +81,16 @@ impl Models {
         self.bodies.iter()
     }
 
+    /// A wavelet model.
+    pub fn wave(&self, name: &str) -> &WaveModel {
+        self.waves.iter().find(|wave| wave.model.name == name).expect("a wavelet model of this name")
+    }
+
+    /// Wavelet models.
+    pub fn waves(&self) -> impl Iterator<Item = &WaveModel> {
+        self.waves.iter()
+    }
+
     /// The bilinear models in `f32`.
     pub fn iter(&self) -> impl Iterator<Item = &Model> {
         self.all.iter()
@@ -79,7 +98,7 @@ impl Models {
 
     pub fn text(&self) -> String {
         let mut file = File::new("Model files that the cases name.");
-        for model in self.all.iter().chain(&self.bodies) {
+        for model in self.all.iter().chain(&self.bodies).chain(self.waves.iter().map(|wave| &wave.model)) {
             file.case("model", &model.name).integer("length", model.bytes.len()).bytes("bytes", &model.bytes);
         }
         file.text()

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use super::models::Model;
 use crate::reference::Refusal;
 use crate::reference::number::Number;
 
@@ -50,6 +51,11 @@ impl Case<'_> {
         }
         self.text.push('\n');
         self
+    }
+
+    /// Which part of the model is meant.
+    pub fn parts(&mut self, model: &Model) -> &mut Self {
+        model.part.1.iter().fold(self, |case, (key, numbers)| case.integers(key, numbers.iter().copied()))
     }
 
     pub fn word(&mut self, key: &str, word: &str) -> &mut Self {

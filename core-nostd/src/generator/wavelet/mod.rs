@@ -41,7 +41,7 @@ use source::Source;
 /// block. That is for models of a few levels ([`Multiscale::with_levels`]); [`fit_wavelet`](crate::fit::fit_wavelet) fits fine ones coefficient by coefficient.
 ///
 /// Order of summation: that of [`Stored`] for a coefficient, of [`lifting`](crate::wavelet::lifting) for the synthesis. A derivative is the product of the function's two
-/// lines at the node, rounded, times the derivative of the coefficient.
+/// lines at the node, rounded, times the derivative of the coefficient, added to zero.
 #[derive(Debug, Clone, Copy)]
 pub struct Multiscale<L> {
     locals: L,
@@ -291,7 +291,8 @@ impl<L: Locals> Multiscale<L> {
                     None => own_identity + weight,
                     Some(j) => poses_from + own_pose + j,
                 };
-                columns.set(column, slope.map(|slope| function.map(|value| value * slope)));
+                // From zero, so that no zero is negative, however many vertices come at a time.
+                columns.set(column, slope.map(|slope| function.map(|value| 0.0 + value * slope)));
             }
         }
         Some(())

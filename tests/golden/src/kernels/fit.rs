@@ -16,7 +16,7 @@ use crate::text::{Case, decimal};
 
 pub(super) fn normal_equations<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.generator()?;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
     let samples = TextSamples::new(case, pieces)?;
     let frame = frame(case)?;
@@ -54,8 +54,7 @@ pub(super) fn prior<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<
 
 pub(super) fn fit_points<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?;
-    let generator = model.generator()?;
+    let (model, generator) = super::wavelet::generator(pieces, case, models)?;
     let samples = TextSamples::new(case, pieces)?;
     let options = options(case, &model)?;
     let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
@@ -72,8 +71,7 @@ const MOST_LANDMARKS: usize = 16;
 
 pub(super) fn fit_landmarks<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?;
-    let generator = model.generator()?;
+    let (model, generator) = super::wavelet::generator(pieces, case, models)?;
     let options = options(case, &model)?;
     let mut targets = [None; MOST_LANDMARKS];
     let kinds = pieces.integers(case, "kinds")?;
@@ -114,7 +112,7 @@ pub(super) fn status_number(status: Status) -> u32 {
     }
 }
 
-fn frame(case: &Case<'_>) -> Result<Frame, Problem> {
+pub(super) fn frame(case: &Case<'_>) -> Result<Frame, Problem> {
     match case.word("frame") {
         Some("fixed") => Ok(Frame::Fixed),
         Some("rigid") => Ok(Frame::Rigid),

@@ -1,6 +1,6 @@
 //! Evaluation by ranges, derivatives, prepared forms.
 
-use habitus_core::format::{Mode, Model};
+use habitus_core::format::Mode;
 use habitus_core::generator::{Generator, NUMBERS, Weights};
 
 use super::Context;
@@ -10,7 +10,7 @@ use crate::result::Problem;
 
 pub(super) fn evaluate<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.generator()?;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
     let state = pieces.zeros(model.state_req(false).numbers())?;
     let at = model.begin(weights, false, state)?;
@@ -27,7 +27,7 @@ pub(super) fn evaluate<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Resu
 
 pub(super) fn linearised_block<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.generator()?;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
     let state = pieces.zeros(model.state_req(true).numbers())?;
     let at = model.begin(weights, true, state)?;
@@ -40,7 +40,7 @@ pub(super) fn linearised_block<B: Backend>(context: &mut Context<'_, '_, '_, B>)
 
 pub(super) fn linearised_vertex<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.generator()?;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
     let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
     let state = pieces.zeros(model.state_req(true).numbers())?;
     let at = model.begin(weights, true, state)?;
@@ -53,7 +53,7 @@ pub(super) fn linearised_vertex<B: Backend>(context: &mut Context<'_, '_, '_, B>
 
 pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
-    let model = Model::open(pieces.model(case, models)?)?.generator()?;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
     let (identity, pose) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
     let (fixed, fixed_weights, weights) = match case.word("fixed") {
         Some("identity") => (Mode::Identity, &*identity, Weights { identity: &[], pose }),

@@ -6,6 +6,7 @@ mod generator;
 mod lbfgsb;
 mod linalg;
 mod solve;
+mod wavelet;
 
 use crate::backend::Backend;
 use crate::memory::{Memory, Pieces};
@@ -63,6 +64,15 @@ pub(crate) fn case_result<'t, B: Backend>(
         "isometry_samples_f64" => linalg::samples::<_, f64>(&mut context),
         "lbfgsb_f32" => lbfgsb::minimised::<_, f32>(&mut context),
         "lbfgsb_f64" => lbfgsb::minimised::<_, f64>(&mut context),
+        "wavelet_step_f32" => wavelet::step::<f32>(&context.case, &mut context.pieces, &mut context.tally),
+        "wavelet_step_f64" => wavelet::step::<f64>(&context.case, &mut context.pieces, &mut context.tally),
+        "wavelet_analysis_f32" => wavelet::coefficients::<f32>(&context.case, &mut context.pieces, &mut context.tally),
+        "wavelet_analysis_f64" => wavelet::coefficients::<f64>(&context.case, &mut context.pieces, &mut context.tally),
+        "wavelet_synthesis_f32" => wavelet::surface(&mut context),
+        "wavelet_synthesis_f64" => wavelet::windows::<f64>(&context.case, &mut context.pieces, &mut context.tally),
+        "wavelet_lines_f32" => wavelet::lines::<f32>(&context.case, &mut context.pieces, &mut context.tally),
+        "wavelet_lines_f64" => wavelet::lines::<f64>(&context.case, &mut context.pieces, &mut context.tally),
+        "fit_wavelet" => wavelet::fit(&context.case, &mut context.pieces, &mut context.tally, models),
         "open" => files::open(&mut context),
         _ => Err(Problem::Kernel),
     };
