@@ -1,6 +1,6 @@
-/* Model files inside the program, in a section of their own so that code size counts code. A program keeps only what it names. */
+/* Model files, in a section of their own: the linker script places it in the memory for models. A program keeps only what it names. */
 .macro file name, path
-    .section .model.\name, "a"
+    .section .models.\name, "a"
     .balign 4
     .global \name
     .global \name\()_end

@@ -19,12 +19,12 @@ macro_rules! entry {
     };
 }
 
-/// A model file inside the program, in a section of its own so that code size counts code.
+/// A model file, in a section of its own: the linker script places it in the memory for models.
 #[macro_export]
 macro_rules! include_model {
     ($path:expr) => {{
-        // SAFETY: the linker script places `.model` in read-only memory; the static is immutable.
-        #[unsafe(link_section = ".model")]
+        // SAFETY: the linker script keeps `.models` apart from what is written; the static is immutable.
+        #[unsafe(link_section = ".models")]
         static MODEL: [u8; include_bytes!($path).len()] = *include_bytes!($path);
         &MODEL
     }};
@@ -73,7 +73,7 @@ static VECTORS: [Vector; 16] = {
 #[unsafe(no_mangle)]
 extern "C" fn reset() -> ! {
     const CPACR: *mut u32 = 0xE000_ED88 as *mut u32;
-    // SAFETY: CPACR is the coprocessor access register of every Cortex-M4; bits 20-23 grant CP10 and CP11.
+    // SAFETY: CPACR is the coprocessor access register of every Cortex-M4 and M7; bits 20-23 grant CP10 and CP11.
     // The barriers make the grant hold before the next instruction.
     unsafe {
         write_volatile(CPACR, read_volatile(CPACR) | 0xF << 20);
