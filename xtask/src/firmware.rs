@@ -7,10 +7,10 @@ use crate::boards::Board;
 use crate::budgets::Budgets;
 use crate::c_hosts;
 use crate::compiler::{Build, Compiler, Kind};
-use crate::figures::{Figures, printed_figures, printed_text};
+use crate::figures::{COUNT, Figures, printed_figures, printed_text};
 use crate::fused::fused_multiply_adds;
 use crate::golden::{Interface, Run};
-use crate::process::{Ended, Result, ended, output, project, succeed, target_dir};
+use crate::process::{Ended, Result, cargo, ended, output, project, succeed, target_dir};
 use crate::targets::{Target, number};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::collections::BTreeSet;
@@ -25,6 +25,8 @@ const EMPTY: &str = "empty";
 const GOLDEN: &str = "vectors";
 /// The program that counts instructions.
 const COUNTS: &str = "counts";
+/// The program with the developer's models.
+const LARGE: &str = "large";
 /// The same programs in C.
 const C_FOLDER: &str = "examples/firmware-c";
 /// The profile of the library that they link.
@@ -82,16 +84,17 @@ pub fn ready() -> Result<()> {
 /// Every program, those in C included, as built with each profile or only one.
 pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
+    let models = models()?;
     let mut rows = Vec::new();
     for profile in PROFILES.into_iter().filter(|&name| only.is_none_or(|only| only == name)) {
         let library = if profile == C { Some(built_library(&compiler)?) } else { None };
         for board in Board::ALL {
             let folder = match &library {
                 Some(library) => built_c_programs(library, board)?,
-                None => built_programs(&compiler, profile, board)?,
+                None => built_programs(&compiler, profile, board, models.as_deref())?,
             };
             let base = linked(&folder.join(EMPTY), board, false)?;
-            for program in programs()? {
+            for program in programs(profile, models.is_some())? {
                 let wide = program == GOLDEN;
                 // A program that holds no model is the same on every board, and this one takes minutes to build.
                 let path = match board {
@@ -109,11 +112,32 @@ pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
+/// The folder of the developer's models, written again, where their data are.
+fn models() -> Result<Option<PathBuf>> {
+    if std::env::var_os("HABITUS_DATA").is_none() {
+        eprintln!("{LARGE}: skipped, no data: set HABITUS_DATA");
+        return Ok(None);
+    }
+    let folder = target_dir("models");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    succeed(cargo(&["run", "--quiet", "--package", "habitus-tests", "--bin", "write-models", "--"]).arg(&folder))?;
+    Ok(Some(folder))
+}
+
 /// Builds the programs in Rust for a board; returns their folder.
-fn built_programs(compiler: &Compiler, profile: &str, board: Board) -> Result<PathBuf> {
-    let features = if board == Board::An386 { "link-proof,golden" } else { "link-proof" };
-    let build = Build { folder: FOLDER, profile, features, kind: Kind::Programs };
+fn built_programs(compiler: &Compiler, profile: &str, board: Board, models: Option<&Path>) -> Result<PathBuf> {
+    let mut features = String::from("link-proof");
+    if board == Board::An386 {
+        features += ",golden";
+    }
+    if models.is_some() {
+        features += ",large";
+    }
+    let build = Build { folder: FOLDER, profile, features: &features, kind: Kind::Programs };
     let mut command = compiler.build(&build);
+    if let Some(folder) = models {
+        command.env("HABITUS_MODELS", folder);
+    }
     succeed(command.env("CARGO_TARGET_DIR", target_dir(board.folder())).env("HABITUS_BOARD", board.name()))?;
     Ok(folder_of(compiler, profile, board))
 }
@@ -198,11 +222,16 @@ fn differs(row: &Row, rows: &[Row]) -> bool {
     rows.iter().any(|other| other.program == row.program && comparable(other) && text(other) != text(row))
 }
 
-/// The programs in src/bin, in the order of their names.
-fn programs() -> Result<BTreeSet<String>> {
+/// The programs in src/bin, in the order of their names; of a language other than Rust those that it has, too.
+fn programs(profile: &str, large: bool) -> Result<BTreeSet<String>> {
     let folder = project().join(FOLDER).join("src/bin");
     let entries = std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned())).collect())
+    let names = entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned()));
+    let there = |name: &String| match profile {
+        C => project().join(C_FOLDER).join(format!("{name}.c")).is_file(),
+        _ => large || name != LARGE,
+    };
+    Ok(names.filter(there).collect())
 }
 
 /// Bytes of code and constants of a linked program, after checking where it lies, and that it holds no panic path and no fused multiply-add.
@@ -242,17 +271,33 @@ fn printed(program: &Path, board: Board) -> Result<String> {
     }
 }
 
-/// The figures as Markdown.
+/// The figures as Markdown: bytes of each program, and instructions of each kind and storage.
 pub fn table(rows: &[Row]) -> String {
-    let names: BTreeSet<&String> = rows.iter().flat_map(|row| row.figures.keys()).collect();
+    let names = |counts: bool| -> BTreeSet<&String> {
+        rows.iter().flat_map(|row| row.figures.keys()).filter(|name| name.starts_with(COUNT) == counts).collect()
+    };
+    let columns = names(false);
     let mut text = String::from("| program | profile | processor |");
-    names.iter().for_each(|name| text += &format!(" {name} |"));
+    columns.iter().for_each(|name| text += &format!(" {name} |"));
     text += "\n|---|---|---|";
-    names.iter().for_each(|_| text += "---:|");
+    columns.iter().for_each(|_| text += "---:|");
+    let cell =
+        |row: &Row, name: &str| row.figures.get(name).map_or_else(|| String::from(" |"), |value| format!(" {value} |"));
     for row in rows {
         text += &format!("\n| {} | {} | {} |", row.program, row.profile, row.board.processor());
-        for name in &names {
-            text += &row.figures.get(*name).map_or_else(|| String::from(" |"), |value| format!(" {value} |"));
+        columns.iter().for_each(|name| text += &cell(row, name));
+    }
+    let counted: Vec<&Row> = rows.iter().filter(|row| row.figures.keys().any(|name| name.starts_with(COUNT))).collect();
+    if !counted.is_empty() {
+        text += "\n\n| instructions |";
+        counted
+            .iter()
+            .for_each(|row| text += &format!(" {} ({}, {}) |", row.program, row.profile, row.board.processor()));
+        text += "\n|---|";
+        counted.iter().for_each(|_| text += "---:|");
+        for name in names(true) {
+            text += &format!("\n| {} |", name.trim_start_matches(COUNT).replace('_', " "));
+            counted.iter().for_each(|row| text += &cell(row, name));
         }
     }
     text

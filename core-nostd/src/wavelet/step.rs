@@ -75,7 +75,8 @@ impl Step {
     }
 
     /// Row `j` of details to line `line`; `first` is the first coefficient of the level.
-    #[inline(always)]
+    #[cfg_attr(feature = "inline-any", inline(always))]
+    #[cfg_attr(not(feature = "inline-any"), inline(never))]
     fn load_details<const N: usize, R: Real>(
         &self,
         j: usize,

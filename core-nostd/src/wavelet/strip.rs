@@ -102,7 +102,8 @@ fn move_line<R: Real>(half: &mut [R], slots: usize, from: usize, to: usize) -> O
 }
 
 /// The lifts along y of one half of the columns.
-#[inline(always)]
+#[cfg_attr(feature = "inline-any", inline(always))]
+#[cfg_attr(not(feature = "inline-any"), inline(never))]
 fn lift_half<S: Lifting, R: Real>(
     slots: usize,
     rows: &Span,
