@@ -12,6 +12,7 @@ static hab_model model;
 static hab_counts counts;
 static hab_code outcome;
 static float identity[MOST_WEIGHTS], pose[MOST_WEIGHTS];
+static size_t n_identity, n_pose;
 static float workspace[6144];
 static float piece[3 * PIECE], mean;
 
@@ -32,8 +33,7 @@ static void evaluate(void *argument) {
     float sum = 0.0f;
     uint32_t from, count, k;
     (void)argument;
-    outcome = hab_evaluation_init(&model, NULL, identity, counts.identity_dim, pose, counts.pose_dim, 0, workspace, sizeof workspace,
-                                  &evaluation, NULL);
+    outcome = hab_evaluation_init(&model, NULL, identity, n_identity, pose, n_pose, 0, workspace, sizeof workspace, &evaluation, NULL);
     for (from = 0; from < counts.n_vertices && outcome == HAB_OK; from += count) {
         float part = -0.0f;
         count = counts.n_vertices - from < PIECE ? counts.n_vertices - from : PIECE;
@@ -59,8 +59,13 @@ int opened(const uint8_t *bytes, size_t len, const uint8_t *expected_mean) {
     opened.len = len;
     counts.struct_bytes = sizeof counts;
     stack_open = board_stack_used(open_model, &opened);
-    if (outcome != HAB_OK || hab_model_counts(&model, &counts, NULL) != HAB_OK || counts.identity_dim > MOST_WEIGHTS ||
-        counts.pose_dim > MOST_WEIGHTS) {
+    if (outcome != HAB_OK || hab_model_counts(&model, &counts, NULL) != HAB_OK) {
+        return 1;
+    }
+    /* A wavelet model has weights for every coefficient, of which there are as many as vertices. */
+    n_identity = counts.identity_dim * (counts.kind == HAB_KIND_WAVELET ? (size_t)counts.n_vertices : 1);
+    n_pose = counts.pose_dim * (counts.kind == HAB_KIND_WAVELET ? (size_t)counts.n_vertices : 1);
+    if (n_identity > MOST_WEIGHTS || n_pose > MOST_WEIGHTS) {
         return 1;
     }
     for (k = 0; k < MOST_WEIGHTS; k++) {

@@ -10,6 +10,7 @@ use habitus_tests::{small_body, small_linear, small_model, small_wavelet};
 use std::path::Path;
 
 #[path = "../../examples/firmware/src/cases.rs"]
+#[allow(dead_code)]
 mod cases;
 
 fn check(name: &str, bytes: &[u8]) {
@@ -59,7 +60,7 @@ fn the_measured_fits_find_their_shapes() {
         let model = Model::open(&bytes).expect("the model opens");
         let generator = model.generator().expect("it has a generator");
         let mut memory = vec![0.0; 1 << 16];
-        let targets = cases::targets(&model, &generator, &mut memory).expect("it has landmarks");
+        let targets = cases::targets(&model, &generator, 1, &mut memory).expect("it has landmarks");
         let rms = if let AnyGenerator::WaveletF32(generator) = generator {
             let report = cases::wavelet_fitted(&model, &generator, &targets, 2, &mut memory).expect("it fits");
             assert!(report.rms < 0.5 * report.start_rms, "{report:?}");

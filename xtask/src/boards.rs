@@ -69,7 +69,7 @@ impl Board {
         Ok(command)
     }
 
-    /// What of a linked program lies elsewhere than it should; `wide`: it may use all RAM, and runs on every board.
+    /// What of a linked program lies elsewhere than it should; `wide`: it may use all RAM.
     pub fn misplaced(self, file: &object::File<'_>, wide: bool) -> Vec<String> {
         let ram = if wide { WIDE_RAM } else { RAM };
         let regions = [(".vectors", CODE), (".text", CODE), (".rodata", CODE), (".models", self.psram())];
@@ -80,9 +80,6 @@ impl Board {
             let (from, to) = (section.address(), section.address() + section.size());
             if from < region.start || to > region.end {
                 found.push(format!("{name} lies at {from:#x}..{to:#x}, not in {region:#x?}", region = region));
-            }
-            if wide && name == ".models" {
-                found.push(String::from("a program for every board holds a model"));
             }
         }
         let symbol = |name| file.symbols().find(|symbol| symbol.name() == Ok(name)).map(|symbol| symbol.address());

@@ -84,7 +84,7 @@ pub fn ready() -> Result<()> {
 /// Every program, those in C included, as built with each profile or only one.
 pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
-    let models = models()?;
+    let models = if only == Some(C) { None } else { models()? };
     let mut rows = Vec::new();
     for profile in PROFILES.into_iter().filter(|&name| only.is_none_or(|only| only == name)) {
         let library = if profile == C { Some(built_library(&compiler)?) } else { None };
@@ -114,7 +114,7 @@ pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
 
 /// The folder of the developer's models, written again, where their data are.
 fn models() -> Result<Option<PathBuf>> {
-    if std::env::var_os("HABITUS_DATA").is_none() {
+    if std::env::var_os("HABITUS_DATA").is_none_or(|data| data.is_empty()) {
         eprintln!("{LARGE}: skipped, no data: set HABITUS_DATA");
         return Ok(None);
     }
@@ -261,7 +261,7 @@ fn linked(path: &Path, board: Board, wide: bool) -> Result<u64> {
 /// What a program prints on the emulated board; a status other than 0 or a hang is a failure.
 fn printed(program: &Path, board: Board) -> Result<String> {
     let name = program.file_name().unwrap_or_default().to_string_lossy();
-    let ended = ended(board.emulator(name == COUNTS)?.arg(program), Duration::from_secs(120))?;
+    let ended = ended(board.emulator(name == COUNTS || name == LARGE)?.arg(program), Duration::from_secs(120))?;
     match ended.failure {
         None => Ok(ended.text),
         Some(how) => {

@@ -58,16 +58,19 @@ pub fn mean_by_ranges(generator: &impl Generator, memory: &mut [f32]) -> Result<
     Ok(sum / n as f32)
 }
 
-/// The landmarks of a shape at a quarter of the weights (angles of a body stay within its limits), moved and turned; the first is missing.
+/// The landmarks of a shape at a quarter of the weights (angles of a body stay within its limits), moved and turned;
+/// the first `missing` were not measured.
 pub fn targets(
     model: &Model<'_>,
     generator: &impl Generator,
+    missing: usize,
     memory: &mut [f32],
 ) -> Result<[Option<[f32; 3]>; LANDMARKS], Error> {
     let placement = Similarity::IDENTITY.moved([0.2, -0.3, 0.1], [30.0, -12.0, 400.0], 0.0);
     let (at, _) = begun(generator, 0.25, false, memory)?;
     let mut targets = [None; LANDMARKS];
-    for (target, vertex) in targets.iter_mut().zip(model.landmarks().iter().flat_map(|indices| indices.iter())).skip(1)
+    for (target, vertex) in
+        targets.iter_mut().zip(model.landmarks().iter().flat_map(|indices| indices.iter())).skip(missing)
     {
         *target = generator.vertex_unchecked(at, vertex as usize).map(|point| placement.applied(point));
     }

@@ -65,7 +65,7 @@ fn body_mean(file: &[u8]) -> Result<[u8; 4], habitus_core::Error> {
 fn fitted_face(file: &[u8]) -> Result<[u8; 4], habitus_core::Error> {
     let model = Model::open(file)?;
     let (face, mut memory) = (model.bilinear()?, vec![0.0; MEMORY]);
-    let targets = cases::targets(&model, &face, &mut memory)?;
+    let targets = cases::targets(&model, &face, 0, &mut memory)?;
     Ok(cases::fitted(&model, &face, &targets, &mut memory)?.rms.to_le_bytes())
 }
 
@@ -73,7 +73,7 @@ fn fitted_face(file: &[u8]) -> Result<[u8; 4], habitus_core::Error> {
 fn fitted_wavelet(file: &[u8]) -> Result<(Vec<u8>, [u8; 4]), habitus_core::Error> {
     let model = Model::open(file)?;
     let (generator, mut memory) = (model.wavelet::<F32<'_>>()?, vec![0.0; MEMORY]);
-    let targets = cases::targets(&model, &generator, &mut memory)?;
+    let targets = cases::targets(&model, &generator, 0, &mut memory)?;
     let rms = cases::wavelet_fitted(&model, &generator, &targets, 2, &mut memory)?.rms;
     let numbers = targets.iter().flat_map(|target| target.unwrap_or([f32::NAN; 3]));
     Ok((numbers.flat_map(f32::to_le_bytes).collect(), rms.to_le_bytes()))

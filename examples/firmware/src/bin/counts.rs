@@ -94,7 +94,7 @@ fn wavelet<'a, S: Storage<'a>>(storage: &str, bytes: &'a [u8], memory: &mut [f32
     // Derivatives are dense: by the weights of level 0 alone.
     let coarse = generator.with_levels(0, generator.whole_grid().levels())?;
     evaluation(["wavelet", storage], &generator, &coarse, memory)?;
-    let targets = cases::targets(&model, &generator, memory)?;
+    let targets = cases::targets(&model, &generator, 1, memory)?;
     let (report, taken) = board::instructions(|| cases::wavelet_fitted(&model, &generator, &targets, 2, memory));
     report_count(["wavelet", storage], "pass", taken, report?.passes);
     Ok(())
@@ -126,7 +126,7 @@ fn evaluation<G: Generator>(name: [&str; 2], generator: &G, linearised: &G, memo
 }
 
 fn fit(name: [&str; 2], model: &Model<'_>, generator: &impl Generator, memory: &mut [f32]) -> Result<(), Error> {
-    let targets = cases::targets(model, generator, memory)?;
+    let targets = cases::targets(model, generator, 1, memory)?;
     let (report, taken) = board::instructions(|| cases::fitted(model, generator, &targets, memory));
     report_count(name, "iteration", taken, report?.iterations);
     Ok(())

@@ -14,7 +14,7 @@ fn run() {
     let Ok(model) = Model::open(include_model!("../../models/body.hab")) else { board::exit(1) };
     let Ok(body) = model.skinned::<F32<'_>>() else { board::exit(1) };
     let memory = board::memory();
-    let Ok(targets) = cases::targets(&model, &body, memory) else { board::exit(1) };
+    let Ok(targets) = cases::targets(&model, &body, 1, memory) else { board::exit(1) };
     let (report, stack) = board::stack_used(|| cases::fitted(&model, &body, &targets, memory));
     let Ok(report) = report else { board::exit(1) };
     console::text("distance of the landmarks, mm: ");

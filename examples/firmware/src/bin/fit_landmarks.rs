@@ -13,7 +13,7 @@ fn run() {
     let Ok(model) = Model::open(bytes) else { board::exit(1) };
     let Ok(generator) = model.bilinear() else { board::exit(1) };
     let memory = board::memory();
-    let Ok(targets) = cases::targets(&model, &generator, memory) else { board::exit(1) };
+    let Ok(targets) = cases::targets(&model, &generator, 1, memory) else { board::exit(1) };
     let (report, stack) = board::stack_used(|| cases::fitted(&model, &generator, &targets, memory));
     let Ok(report) = report else { board::exit(1) };
     console::text("distance of the landmarks, mm: ");

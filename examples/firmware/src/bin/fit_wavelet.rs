@@ -13,7 +13,7 @@ fn run() {
     let Ok(model) = Model::open(include_model!("../../models/wavelet.hab")) else { board::exit(1) };
     let Ok(generator) = model.wavelet::<F32<'_>>() else { board::exit(1) };
     let memory = board::memory();
-    let Ok(targets) = cases::targets(&model, &generator, memory) else { board::exit(1) };
+    let Ok(targets) = cases::targets(&model, &generator, 1, memory) else { board::exit(1) };
     let (report, stack) = board::stack_used(|| cases::wavelet_fitted(&model, &generator, &targets, 2, memory));
     let Ok(report) = report else { board::exit(1) };
     console::text("distance of the landmarks, mm: ");

@@ -33,11 +33,12 @@ fn run() {
 fn body(memory: &mut [f32]) -> Result<(), Error> {
     let model = Model::open(developers!("body20.hab"))?;
     let body = model.skinned::<F32<'_>>()?;
-    let (mean, stack) = board::stack_used(|| cases::mean_by_ranges(&body, memory));
+    let ((mean, taken), stack) = board::stack_used(|| board::instructions(|| cases::mean_by_ranges(&body, memory)));
     say("body, vertices: ", body.vertex_count());
     say("components: ", body.identity_dim());
     console::text("mean of x + y + z, mm: ");
     expect(mean?, *developers!("body20.mean"));
+    console::measure("count_body_vertex", taken / body.vertex_count() as u32);
     console::measure("stack_body", stack);
     console::measure("scratch_body", 4 * (body.dim() + body.state_req(false).numbers()) as u32);
     Ok(())
@@ -47,8 +48,9 @@ fn body(memory: &mut [f32]) -> Result<(), Error> {
 fn face(memory: &mut [f32]) -> Result<(), Error> {
     let model = Model::open(developers!("face30.hab"))?;
     let face = model.bilinear()?;
-    let targets = cases::targets(&model, &face, memory)?;
-    let (report, stack) = board::stack_used(|| cases::fitted(&model, &face, &targets, memory));
+    let targets = cases::targets(&model, &face, 0, memory)?;
+    let ((report, taken), stack) =
+        board::stack_used(|| board::instructions(|| cases::fitted(&model, &face, &targets, memory)));
     let report = report?;
     say("face, identity weights: ", face.identity_dim());
     say("expression weights: ", face.pose_dim());
@@ -57,6 +59,7 @@ fn face(memory: &mut [f32]) -> Result<(), Error> {
     console::text("distance of the landmarks after the fit, mm: ");
     expect(report.rms, *developers!("face30.rms"));
     let scratch = fit_landmarks_req(face.identity_dim(), face.pose_dim(), cases::fit_options(&model).frame);
+    console::measure("count_face_iteration", taken / report.iterations.max(1));
     console::measure("stack_face", stack);
     console::measure("scratch_face", scratch.f32_bytes() as u32);
     Ok(())
@@ -69,12 +72,14 @@ fn wavelet(memory: &mut [f32]) -> Result<(), Error> {
     let landmarks = model.landmarks().map_or(0, |landmarks| landmarks.len());
     say("wavelet model, vertices: ", whole.vertex_count());
     let targets = cases::measured(developers!("face-cubic.landmarks"));
-    let (report, stack) = board::stack_used(|| cases::wavelet_fitted(&model, &whole, &targets, 2, memory));
+    let ((report, taken), stack) =
+        board::stack_used(|| board::instructions(|| cases::wavelet_fitted(&model, &whole, &targets, 2, memory)));
     let report = report?;
     console::text("distance of the landmarks, mm: ");
     console::real(report.start_rms);
     console::text(", after the fit of levels 0 and 1 ");
     expect(report.rms, *developers!("face-cubic.rms"));
+    console::measure("count_wavelet_pass", taken / report.passes.max(1));
     console::measure("stack_wavelet", stack);
     console::measure("scratch_wavelet", fit_wavelet_req(&whole, landmarks, &(0..2)).f32_bytes() as u32);
     for levels in 2..=whole.whole_grid().levels() + 1 {
