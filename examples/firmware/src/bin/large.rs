@@ -38,7 +38,7 @@ fn body(memory: &mut [f32]) -> Result<(), Error> {
     say("components: ", body.identity_dim());
     console::text("mean of x + y + z, mm: ");
     expect(mean?, *developers!("body20.mean"));
-    console::measure("count_body_vertex", taken / body.vertex_count() as u32);
+    console::measure("count_body_vertex", taken / (body.vertex_count() as u32).max(1));
     console::measure("stack_body", stack);
     console::measure("scratch_body", 4 * (body.dim() + body.state_req(false).numbers()) as u32);
     Ok(())
