@@ -95,3 +95,34 @@ impl Board {
 /// What every program is run with; the same words as the `runner` in examples/firmware/.cargo/config.toml.
 const OPTIONS: &str = "-nographic -monitor none -serial none -chardev stdio,id=out \
                        -semihosting-config enable=on,target=native,chardev=out";
+
+#[cfg(test)]
+mod tests {
+    use super::{Board, OPTIONS, RAM};
+    use crate::process::project;
+
+    fn text(path: &str) -> String {
+        std::fs::read_to_string(project().join("examples/firmware").join(path)).expect("a file of the project")
+    }
+
+    #[test]
+    fn the_linker_scripts_have_the_same_memories() {
+        for board in Board::ALL {
+            let script = text(&format!("boards/{}/memory.ld", board.name()));
+            let (psram, ram) = (board.psram(), RAM);
+            let says =
+                |region: &str, rest: String| script.lines().any(|line| line.contains(region) && line.contains(&rest));
+            let mib = (psram.end - psram.start) >> 20;
+            assert!(says("PSRAM (r)", format!("ORIGIN = {:#010x}, LENGTH = {mib}M", psram.start)), "{board:?}");
+            assert!(says("RAM (rw)", format!("ORIGIN = {:#010x}", ram.start)), "{board:?}");
+            assert!(says("RAM (rw)", format!(": {}K", (ram.end - ram.start) >> 10)), "{board:?}");
+        }
+    }
+
+    #[test]
+    fn cargo_runs_programs_as_this_does() {
+        let runner = text(".cargo/config.toml");
+        let words = OPTIONS.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(runner.contains(&format!("qemu-system-arm -M {} {words} -kernel", Board::An386.name())));
+    }
+}
