@@ -206,7 +206,14 @@ impl<'a> Skeleton<'a> {
     /// revolute joint `R_par a`, those of a ball the columns of `R_par J` with the left Jacobian J, each column multiplied by `R_par`. Corrections are the
     /// entries of `R(theta_j)`, 1 taken from those of the diagonal; their derivative by an angle is the product `[a_k]x R(theta_j)`, with `a_k` the axis or
     /// column before `R_par`. Shifts are `D_j = D_par + R_par (P_j - R(theta_j) P_j)`, of a root the second part alone.
-    pub(crate) fn pose(&self, identity: &[f32], angles: &[f32], mode: JointMode, out: &mut Posed<'_>) {
+    pub(crate) fn pose(
+        &self,
+        identity: &[f32],
+        angles: &[f32],
+        mode: JointMode,
+        derivatives: bool,
+        out: &mut Posed<'_>,
+    ) {
         let mut first = 0;
         for index in 0..self.n_joints() {
             let Some(joint) = self.joint(index) else { continue };
@@ -230,7 +237,10 @@ impl<'a> Skeleton<'a> {
             if let Some(features) = out.corrections.get_mut(index) {
                 *features = less_identity(&turn);
             }
-            if let (Some(anchor), Some(angle)) = (out.anchors.get_mut(index), out.first_angles.get_mut(index)) {
+            // Said once more, for programs that want no derivatives and link no code for them.
+            if derivatives
+                && let (Some(anchor), Some(angle)) = (out.anchors.get_mut(index), out.first_angles.get_mut(index))
+            {
                 *angle = first as f32;
                 *anchor = plus(applied(&parent.rotation, position), parent.translation);
                 self.turn_axes(first, &joint, vector, &parent.rotation, &turn, out);

@@ -48,7 +48,7 @@ static void __attribute__((noinline)) start(void) {
    which faults. */
 void __attribute__((naked)) reset(void) {
     __asm__ volatile(
-        "ldr r0, =0xE000ED88\n" /* CPACR of every Cortex-M4; bits 20-23 grant CP10 and CP11. */
+        "ldr r0, =0xE000ED88\n" /* CPACR of every Cortex-M4 and M7; bits 20-23 grant CP10 and CP11. */
         "ldr r1, [r0]\n"
         "orr r1, r1, #0xF00000\n"
         "str r1, [r0]\n"

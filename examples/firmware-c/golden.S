@@ -1,6 +1,6 @@
 /* The text of the golden vectors inside the program. */
 .macro file name, path
-    .section .model.\name, "a"
+    .section .models.\name, "a"
     .global \name
     .global \name\()_end
 \name:

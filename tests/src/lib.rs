@@ -6,6 +6,7 @@ pub mod gltf_files;
 pub mod models;
 pub mod random;
 pub mod small_body;
+pub mod small_linear;
 pub mod small_model;
 pub mod small_wavelet;
 pub mod vectors;

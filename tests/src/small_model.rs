@@ -27,10 +27,7 @@ pub fn bytes() -> Vec<u8> {
     };
     let coefficients = coefficients(&header);
     let unit = |n: usize| (0..n * n).map(move |k| if k % (n + 1) == 0 { 1.0f32 } else { 0.0 });
-    let landmarks: Vec<u32> =
-        [(5, 3), (6, 3), (2, 4), (4, 4), (7, 4), (9, 4), (4, 7), (7, 7), (5, 8), (3, 10), (8, 10), (5, 11), (6, 13)]
-            .map(|(column, row)| (row * COLUMNS + column) as u32)
-            .to_vec();
+    let landmarks = landmarks();
     let faces: Vec<u32> = (0..ROWS - 1)
         .flat_map(|row| (0..COLUMNS - 1).map(move |column| (row * COLUMNS + column) as u32))
         .flat_map(|a| [a, a + COLUMNS as u32, a + 1, a + 1, a + COLUMNS as u32, a + COLUMNS as u32 + 1])
@@ -69,6 +66,16 @@ pub fn bytes() -> Vec<u8> {
     out
 }
 
+/// Vertices of the mask.
+pub(crate) const N_VERTICES: usize = COLUMNS * ROWS;
+
+/// Vertex of each of its thirteen landmarks.
+pub(crate) fn landmarks() -> Vec<u32> {
+    [(5, 3), (6, 3), (2, 4), (4, 4), (7, 4), (9, 4), (4, 7), (7, 7), (5, 8), (3, 10), (8, 10), (5, 11), (6, 13)]
+        .map(|(column, row)| (row * COLUMNS + column) as u32)
+        .to_vec()
+}
+
 fn element(id: SectionId) -> ElementType {
     id.form().0
 }
@@ -90,17 +97,22 @@ fn coefficients(header: &Header) -> Vec<f32> {
 }
 
 /// One coordinate of one term at a vertex, millimetres: the mask, or a smooth displacement of it.
-fn coefficient(term: usize, axis: usize, vertex: usize) -> f32 {
+pub(crate) fn coefficient(term: usize, axis: usize, vertex: usize) -> f32 {
     // From -1 at the subject's right and the top to 1 at the left and the chin.
     let u = (vertex % COLUMNS) as f32 * (2.0 / (COLUMNS - 1) as f32) - 1.0;
     let v = (vertex / COLUMNS) as f32 * (2.0 / (ROWS - 1) as f32) - 1.0;
     if term == 0 {
-        let nose = 18.0 / (1.0 + 30.0 * u * u + 12.0 * (v - 0.1) * (v - 0.1));
-        return [70.0 * u, -95.0 * v, 60.0 - 40.0 * u * u - 25.0 * v * v + nose][axis];
+        return mask(u, v)[axis];
     }
     // A bump that wanders over the mask from term to term.
     let (k, a) = (term as f32, axis as f32);
     let (du, dv) = (u - 0.9 + 0.09 * k, v + 0.8 - 0.08 * k + 0.2 * a);
     let bump = 1.0 / (1.0 + 6.0 * du * du + 4.0 * dv * dv);
     (3.0 - 0.1 * k) * (bump - 0.3) * [0.6, 1.0, -0.8][axis]
+}
+
+/// The mask itself, millimetres.
+pub(crate) fn mask(u: f32, v: f32) -> [f32; 3] {
+    let nose = 18.0 / (1.0 + 30.0 * u * u + 12.0 * (v - 0.1) * (v - 0.1));
+    [70.0 * u, -95.0 * v, 60.0 - 40.0 * u * u - 25.0 * v * v + nose]
 }

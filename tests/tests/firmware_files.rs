@@ -1,15 +1,16 @@
-//! The files that the firmware carries: the small model, and what a host computes from it; and the small body and the wavelet model of the examples.
+//! The files that the firmware carries: small models of every kind and storage, and what a host computes from them.
 //!
 //! After a change that is meant to alter them, `HABITUS_BLESS=1 cargo test --test firmware_files` writes them
 //! again; the firmware then shows whether the other target agrees.
 
-use habitus_core::fit::{fit_landmarks, fit_landmarks_req};
-use habitus_core::format::Model;
-use habitus_core::rotation::similarity::Similarity;
-use habitus_tests::{small_body, small_model, small_wavelet};
+use habitus::io::model::quantise;
+use habitus_core::format::{ElementType, Model};
+use habitus_core::generator::any::AnyGenerator;
+use habitus_tests::{small_body, small_linear, small_model, small_wavelet};
 use std::path::Path;
 
 #[path = "../../examples/firmware/src/cases.rs"]
+#[allow(dead_code)]
 mod cases;
 
 fn check(name: &str, bytes: &[u8]) {
@@ -22,41 +23,53 @@ fn check(name: &str, bytes: &[u8]) {
     assert!(known == bytes, "{name} differs, first at {first:?}; {} bytes, {} expected", bytes.len(), known.len());
 }
 
-#[test]
-fn the_firmware_carries_the_small_model() {
-    check("small.hab", &small_model::bytes());
+/// The small models by name.
+fn models() -> [(&'static str, Vec<u8>); 4] {
+    [
+        ("small", small_model::bytes()),
+        ("linear", small_linear::bytes()),
+        ("body", small_body::bytes()),
+        ("wavelet", small_wavelet::bytes()),
+    ]
 }
 
 #[test]
-fn the_examples_pose_the_small_body() {
-    check("body.hab", &small_body::bytes());
+fn the_firmware_carries_the_small_models_and_means_of_this_host() {
+    for (name, bytes) in models() {
+        check(&format!("{name}.hab"), &bytes);
+        check(&format!("{name}.mean"), &mean(&bytes).to_le_bytes());
+        for (storage, element) in [("f16", ElementType::F16), ("i8", ElementType::I8)] {
+            let model = Model::open(&bytes).expect("the model opens");
+            let (bytes, _) = quantise(&model, element).expect("it can be quantised");
+            check(&format!("{name}-{storage}.hab"), &bytes);
+            check(&format!("{name}-{storage}.mean"), &mean(&bytes).to_le_bytes());
+        }
+    }
 }
 
-#[test]
-fn the_examples_fit_the_small_wavelet_model() {
-    check("wavelet.hab", &small_wavelet::bytes());
+/// What the programs that open a model compare with.
+fn mean(bytes: &[u8]) -> f32 {
+    let generator = Model::open(bytes).and_then(|model| model.generator()).expect("the model opens");
+    cases::mean_by_ranges(&generator, &mut vec![0.0; 1 << 16]).expect("it evaluates")
 }
 
+/// The fits that the firmware measures, on the host: they find the shapes that the landmarks were taken from.
 #[test]
-fn the_firmware_expects_the_mean_of_this_host() {
-    let bytes = small_model::bytes();
-    let generator = Model::open(&bytes).and_then(|model| model.bilinear()).expect("the model opens");
-    let mean = cases::mean_by_ranges(&generator, &mut [0.0; 3 * 64]).expect("it evaluates");
-    check("small.mean", &mean.to_le_bytes());
-}
-
-/// The fit that the firmware measures, on the host: it finds the face that the landmarks were taken from.
-#[test]
-fn the_measured_fit_finds_its_face() {
-    let bytes = small_model::bytes();
-    let model = Model::open(&bytes).expect("the model opens");
-    let generator = model.bilinear().expect("it is bilinear");
-    let targets: [_; cases::LANDMARKS] = cases::targets(&model, &generator);
-    let options = cases::fit_options(&model);
-    let (mut identity, mut pose, mut placement) = ([0.0; 4], [0.0; 3], Similarity::IDENTITY);
-    let mut memory = vec![0.0; fit_landmarks_req(4, 3, options.frame).numbers()];
-    let report =
-        fit_landmarks(&model, &generator, &targets, &options, &mut identity, &mut pose, &mut placement, &mut memory)
-            .expect("it fits");
-    assert!(report.rms < 0.2 && report.iterations < 20, "{report:?}");
+fn the_measured_fits_find_their_shapes() {
+    for (name, bytes) in models() {
+        let model = Model::open(&bytes).expect("the model opens");
+        let generator = model.generator().expect("it has a generator");
+        let mut memory = vec![0.0; 1 << 16];
+        let targets = cases::targets(&model, &generator, 1, &mut memory).expect("it has landmarks");
+        let rms = if let AnyGenerator::WaveletF32(generator) = generator {
+            let report = cases::wavelet_fitted(&model, &generator, &targets, 2, &mut memory).expect("it fits");
+            assert!(report.rms < 0.5 * report.start_rms, "{report:?}");
+            report.rms
+        } else {
+            let report = cases::fitted(&model, &generator, &targets, &mut memory).expect("it fits");
+            assert!(report.rms < 0.2 && report.iterations < 60, "{name}: {report:?}");
+            report.rms
+        };
+        println!("{name}: {rms} mm");
+    }
 }

@@ -1,6 +1,6 @@
 //! Budgets: what a program may cost at most (tests/budgets.json). Growing needs an edit there, and a reason.
 
-use crate::figures::Figures;
+use crate::figures::{COUNT, Figures};
 use crate::process::project;
 use serde_json::Value;
 
@@ -17,14 +17,16 @@ impl Budgets {
         Ok(Budgets(serde_json::from_str(&text).map_err(|error| format!("{PATH}: {error}"))?))
     }
 
-    /// A sentence for every figure (`code`, and the stack that a program measured itself, in bytes) that exceeds its budget or has none.
+    /// A sentence for every figure (`code`, and the stack that a program measured itself, in bytes; the instructions that it counted) that exceeds its
+    /// budget or has none.
     pub fn exceeded(&self, profile: &str, program: &str, figures: &Figures) -> Vec<String> {
-        let limited = figures.iter().filter(|(name, _)| name.starts_with("stack") || name.as_str() == "code");
+        let is_limited = |name: &str| name == "code" || name.starts_with("stack") || name.starts_with(COUNT);
+        let limited = figures.iter().filter(|(name, _)| is_limited(name));
         limited
-            .filter_map(|(name, &bytes)| match self.0[profile][program][name].as_u64() {
-                Some(limit) if bytes <= limit => None,
-                Some(limit) => Some(format!("{program} ({profile}): {name} is {bytes} bytes, its budget {limit}")),
-                None => Some(format!("{program} ({profile}): {name} is {bytes} bytes and has no budget in {PATH}")),
+            .filter_map(|(name, &found)| match self.0[profile][program][name].as_u64() {
+                Some(limit) if found <= limit => None,
+                Some(limit) => Some(format!("{program} ({profile}): {name} is {found}, its budget {limit}")),
+                None => Some(format!("{program} ({profile}): {name} is {found} and has no budget in {PATH}")),
             })
             .collect()
     }
@@ -40,6 +42,8 @@ mod tests {
         let budgets = Budgets(serde_json::json!({ "release": { "fit": { "stack": 100, "code": 5000 } } }));
         let figures =
             |stack, code| Figures::from([("stack".into(), stack), ("code".into(), code), ("checked".into(), 9)]);
+        let counted = Figures::from([("count_linear_f32_value".into(), 70)]);
+        assert_eq!(budgets.exceeded("release", "counts", &counted).len(), 1);
         assert!(budgets.exceeded("release", "fit", &figures(100, 5000)).is_empty());
         assert_eq!(budgets.exceeded("release", "fit", &figures(101, 5000)).len(), 1);
         assert_eq!(budgets.exceeded("release", "open", &figures(1, 1)).len(), 2);

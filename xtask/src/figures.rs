@@ -2,6 +2,9 @@
 
 use std::collections::BTreeMap;
 
+/// How the names of counted instructions begin.
+pub const COUNT: &str = "count_";
+
 /// Figures by name.
 pub type Figures = BTreeMap<String, u64>;
 

@@ -1,15 +1,16 @@
-//! `cargo xtask firmware`: the programs of examples/firmware and examples/firmware-c on an emulated Cortex-M4F, measured.
+//! `cargo xtask firmware`: the programs of examples/firmware and examples/firmware-c on an emulated Cortex-M4F and M7, measured.
 //!
-//! Linking proves that no panic path and no allocation is left. Stack is the high-water mark of painted memory,
-//! code what a program has more than the empty one.
+//! Linking proves that no panic path and no allocation is left, and that 64 KiB of memory suffice. Stack is the high-water mark of painted
+//! memory, code what a program has more than the empty one.
 
+use crate::boards::Board;
 use crate::budgets::Budgets;
 use crate::c_hosts;
 use crate::compiler::{Build, Compiler, Kind};
-use crate::figures::{Figures, printed_figures, printed_text};
+use crate::figures::{COUNT, Figures, printed_figures, printed_text};
 use crate::fused::fused_multiply_adds;
 use crate::golden::{Interface, Run};
-use crate::process::{Ended, Result, ended, output, project, succeed, target_dir};
+use crate::process::{Ended, Result, cargo, ended, output, project, succeed, target_dir};
 use crate::targets::{Target, number};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::collections::BTreeSet;
@@ -22,6 +23,10 @@ const FOLDER: &str = "examples/firmware";
 const EMPTY: &str = "empty";
 /// The program that runs the golden vectors.
 const GOLDEN: &str = "vectors";
+/// The program that counts instructions.
+const COUNTS: &str = "counts";
+/// The program with the developer's models.
+const LARGE: &str = "large";
 /// The same programs in C.
 const C_FOLDER: &str = "examples/firmware-c";
 /// The profile of the library that they link.
@@ -41,9 +46,10 @@ pub struct Options {
     profile: Option<String>,
 }
 
-/// One program as built with one profile.
+/// One program as built with one profile and run on one board.
 pub struct Row {
     profile: &'static str,
+    board: Board,
     program: String,
     /// What it printed.
     printed: String,
@@ -58,7 +64,7 @@ pub fn run(options: &Options) -> Result<()> {
         println!("{}", json(&rows));
     } else {
         for row in &rows {
-            println!("{} ({})", row.program, row.profile);
+            println!("{} ({}, {})", row.program, row.profile, row.board.processor());
             printed_text(&row.printed).for_each(|line| println!("  {line}"));
         }
         println!("\n{}", table(&rows));
@@ -78,35 +84,78 @@ pub fn ready() -> Result<()> {
 /// Every program, those in C included, as built with each profile or only one.
 pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
+    let models = if only == Some(C) { None } else { models()? };
     let mut rows = Vec::new();
     for profile in PROFILES.into_iter().filter(|&name| only.is_none_or(|only| only == name)) {
-        let programs = programs()?;
-        let path = if profile == C {
-            built_c_programs(&compiler)?
-        } else {
-            let build = Build { folder: FOLDER, profile, features: "link-proof", kind: Kind::Programs };
-            succeed(&mut compiler.build(&build))?;
-            compiler.artefact(Kind::Programs, profile, EMPTY).with_file_name("")
-        };
-        let base = code_bytes(&path.join(EMPTY))?;
-        for program in programs {
-            let path = path.join(&program);
-            let code = code_bytes(&path)?.saturating_sub(base);
-            let printed = printed(&path)?;
-            let mut figures = printed_figures(&printed);
-            figures.insert(String::from("code"), code);
-            rows.push(Row { profile, program, printed, figures });
+        let library = if profile == C { Some(built_library(&compiler)?) } else { None };
+        for board in Board::ALL {
+            let folder = match &library {
+                Some(library) => built_c_programs(library, board)?,
+                None => built_programs(&compiler, profile, board, models.as_deref())?,
+            };
+            let base = linked(&folder.join(EMPTY), board, false)?;
+            for program in programs(profile, models.is_some())? {
+                let wide = program == GOLDEN;
+                // A program that holds no model is the same on every board, and this one takes minutes to build.
+                let path = match board {
+                    Board::An500 if wide && profile != C => folder_of(&compiler, profile, Board::An386).join(&program),
+                    _ => folder.join(&program),
+                };
+                let code = linked(&path, board, wide)?.saturating_sub(base);
+                let printed = printed(&path, board)?;
+                let mut figures = printed_figures(&printed);
+                figures.insert(String::from("code"), code);
+                rows.push(Row { profile, board, program, printed, figures });
+            }
         }
     }
     Ok(rows)
+}
+
+/// The folder of the developer's models, written again, where their data are.
+fn models() -> Result<Option<PathBuf>> {
+    if std::env::var_os("HABITUS_DATA").is_none_or(|data| data.is_empty()) {
+        eprintln!("{LARGE}: skipped, no data: set HABITUS_DATA");
+        return Ok(None);
+    }
+    let folder = target_dir("models");
+    std::fs::create_dir_all(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    succeed(cargo(&["run", "--quiet", "--package", "habitus-tests", "--bin", "write-models", "--"]).arg(&folder))?;
+    Ok(Some(folder))
+}
+
+/// Builds the programs in Rust for a board; returns their folder.
+fn built_programs(compiler: &Compiler, profile: &str, board: Board, models: Option<&Path>) -> Result<PathBuf> {
+    let mut features = String::from("link-proof");
+    if board == Board::An386 {
+        features += ",golden";
+    }
+    if models.is_some() {
+        features += ",large";
+    }
+    let build = Build { folder: FOLDER, profile, features: &features, kind: Kind::Programs };
+    let mut command = compiler.build(&build);
+    if let Some(folder) = models {
+        command.env("HABITUS_MODELS", folder);
+    }
+    succeed(command.env("CARGO_TARGET_DIR", target_dir(board.folder())).env("HABITUS_BOARD", board.name()))?;
+    Ok(folder_of(compiler, profile, board))
+}
+
+/// Where the programs in Rust for a board are.
+fn folder_of(compiler: &Compiler, profile: &str, board: Board) -> PathBuf {
+    let program = compiler.artefact(Kind::Programs, profile, "");
+    let below = program.strip_prefix(target_dir(Target::CortexM.folder())).unwrap_or(&program);
+    target_dir(board.folder()).join(below)
 }
 
 /// What is not as it should be: results that depend on compiler or language, and budgets that are exceeded.
 pub fn objections(rows: &[Row]) -> Result<Vec<String>> {
     let budgets = Budgets::read()?;
     let differing = rows.iter().filter(|row| differs(row, rows)).map(|row| {
-        let Row { program, profile, .. } = row;
-        format!("{program} ({profile}) prints something else when it is built otherwise: a kernel or the compiler is at fault")
+        let Row { program, profile, board, .. } = row;
+        let board = board.processor();
+        format!("{program} ({profile}, {board}) prints something else when it is built otherwise: a kernel or the compiler is at fault")
     });
     let mut found: Vec<String> = differing.collect();
     let before = found.len();
@@ -126,8 +175,8 @@ pub fn golden_runs(rows: &[Row]) -> Result<Vec<Run>> {
     let of = |row: &Row| {
         let ended = Ended { text: row.printed.clone(), failure: None };
         let (way, interface, compiler) = match row.profile {
-            C => (format!("C, {}", Target::CortexM.title()), Interface::C, &gcc),
-            profile => (format!("Rust, {} ({profile})", Target::CortexM.title()), Interface::Rust, &compiler),
+            C => (format!("C, {}", row.board.processor()), Interface::C, &gcc),
+            profile => (format!("Rust, {} ({profile})", row.board.processor()), Interface::Rust, &compiler),
         };
         Run::new(&way, interface, compiler.clone(), emulator.clone(), &ended)
     };
@@ -136,19 +185,24 @@ pub fn golden_runs(rows: &[Row]) -> Result<Vec<Run>> {
 
 /// Bytes of code that the C interface adds to a program, by program.
 pub fn c_code(rows: &[Row]) -> Vec<(&str, u64)> {
-    let rows = rows.iter().filter(|row| row.profile == C && ![EMPTY, GOLDEN].contains(&row.program.as_str()));
-    rows.filter_map(|row| Some((row.program.as_str(), *row.figures.get("code")?))).collect()
+    let counted =
+        |row: &&Row| row.profile == C && row.board == Board::An386 && ![EMPTY, GOLDEN].contains(&row.program.as_str());
+    rows.iter().filter(counted).filter_map(|row| Some((row.program.as_str(), *row.figures.get("code")?))).collect()
 }
 
-/// Builds the bare-metal library and the programs in C with their own Makefile; returns their folder.
-fn built_c_programs(compiler: &Compiler) -> Result<PathBuf> {
+/// Builds the bare-metal library that the programs in C link.
+fn built_library(compiler: &Compiler) -> Result<PathBuf> {
     let kind = Kind::StaticLibrary;
     let build = Build { folder: c_hosts::CRATE, profile: C_PROFILE, features: "", kind };
     succeed(compiler.build(&build).arg("--no-default-features"))?;
-    let library = compiler.artefact(kind, C_PROFILE, c_hosts::LIBRARY);
-    let folder = target_dir(Target::CortexM.folder()).join("c");
+    Ok(compiler.artefact(kind, C_PROFILE, c_hosts::LIBRARY))
+}
+
+/// Builds the programs in C for a board with their own Makefile; returns their folder.
+fn built_c_programs(library: &Path, board: Board) -> Result<PathBuf> {
+    let folder = target_dir(board.folder()).join("c");
     let setting = |name: &str, path: &Path| format!("{name}={}", path.display());
-    let settings = [setting("HABITUS", &library), setting("BUILD", &folder)];
+    let settings = [setting("HABITUS", library), setting("BUILD", &folder), format!("BOARD={}", board.name())];
     // The objects depend on options and paths that make does not compare.
     let make = || {
         let mut command = Command::new("make");
@@ -168,20 +222,28 @@ fn differs(row: &Row, rows: &[Row]) -> bool {
     rows.iter().any(|other| other.program == row.program && comparable(other) && text(other) != text(row))
 }
 
-/// The programs in src/bin, in the order of their names.
-fn programs() -> Result<BTreeSet<String>> {
+/// The programs in src/bin, in the order of their names; of a language other than Rust those that it has, too.
+fn programs(profile: &str, large: bool) -> Result<BTreeSet<String>> {
     let folder = project().join(FOLDER).join("src/bin");
     let entries = std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-    Ok(entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned())).collect())
+    let names = entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned()));
+    let there = |name: &String| match profile {
+        C => project().join(C_FOLDER).join(format!("{name}.c")).is_file(),
+        _ => large || name != LARGE,
+    };
+    Ok(names.filter(there).collect())
 }
 
-/// Bytes of code and constants of a linked program, after checking that it holds no panic path and no fused multiply-add.
-fn code_bytes(path: &Path) -> Result<u64> {
+/// Bytes of code and constants of a linked program, after checking where it lies, and that it holds no panic path and no fused multiply-add.
+fn linked(path: &Path, board: Board, wide: bool) -> Result<u64> {
     let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
     let file = object::File::parse(bytes.as_slice()).map_err(|error| format!("{}: {error}", path.display()))?;
     let reached = file.symbols().filter_map(|symbol| symbol.name().ok()).find(|name| name.contains("panic"));
     if let Some(name) = reached {
         return Err(format!("{}: it contains {name}, so a panic can be reached", path.display()).into());
+    }
+    if let Some(sentence) = board.misplaced(&file, wide).first() {
+        return Err(format!("{}: {sentence}", path.display()).into());
     }
     let fused = fused_multiply_adds(&file).map_err(|error| format!("{}: {error}", path.display()))?;
     if let Some(address) = fused.first() {
@@ -197,26 +259,45 @@ fn code_bytes(path: &Path) -> Result<u64> {
 }
 
 /// What a program prints on the emulated board; a status other than 0 or a hang is a failure.
-fn printed(program: &Path) -> Result<String> {
-    let ended = ended(Target::CortexM.emulator()?.arg(program), Duration::from_secs(120))?;
+fn printed(program: &Path, board: Board) -> Result<String> {
     let name = program.file_name().unwrap_or_default().to_string_lossy();
+    let ended = ended(board.emulator(name == COUNTS || name == LARGE)?.arg(program), Duration::from_secs(120))?;
     match ended.failure {
         None => Ok(ended.text),
-        Some(how) => Err(format!("the program {name} failed on the emulated board ({how}):\n{}", ended.text).into()),
+        Some(how) => {
+            Err(format!("the program {name} failed on the emulated {} ({how}):\n{}", board.processor(), ended.text)
+                .into())
+        }
     }
 }
 
-/// The figures as Markdown.
+/// The figures as Markdown: bytes of each program, and instructions of each kind and storage.
 pub fn table(rows: &[Row]) -> String {
-    let names: BTreeSet<&String> = rows.iter().flat_map(|row| row.figures.keys()).collect();
-    let mut text = String::from("| program | profile |");
-    names.iter().for_each(|name| text += &format!(" {name} |"));
-    text += "\n|---|---|";
-    names.iter().for_each(|_| text += "---:|");
+    let names = |counts: bool| -> BTreeSet<&String> {
+        rows.iter().flat_map(|row| row.figures.keys()).filter(|name| name.starts_with(COUNT) == counts).collect()
+    };
+    let columns = names(false);
+    let mut text = String::from("| program | profile | processor |");
+    columns.iter().for_each(|name| text += &format!(" {name} |"));
+    text += "\n|---|---|---|";
+    columns.iter().for_each(|_| text += "---:|");
+    let cell =
+        |row: &Row, name: &str| row.figures.get(name).map_or_else(|| String::from(" |"), |value| format!(" {value} |"));
     for row in rows {
-        text += &format!("\n| {} | {} |", row.program, row.profile);
-        for name in &names {
-            text += &row.figures.get(*name).map_or_else(|| String::from(" |"), |value| format!(" {value} |"));
+        text += &format!("\n| {} | {} | {} |", row.program, row.profile, row.board.processor());
+        columns.iter().for_each(|name| text += &cell(row, name));
+    }
+    let counted: Vec<&Row> = rows.iter().filter(|row| row.figures.keys().any(|name| name.starts_with(COUNT))).collect();
+    if !counted.is_empty() {
+        text += "\n\n| instructions |";
+        counted
+            .iter()
+            .for_each(|row| text += &format!(" {} ({}, {}) |", row.program, row.profile, row.board.processor()));
+        text += "\n|---|";
+        counted.iter().for_each(|_| text += "---:|");
+        for name in names(true) {
+            text += &format!("\n| {} |", name.trim_start_matches(COUNT).replace('_', " "));
+            counted.iter().for_each(|row| text += &cell(row, name));
         }
     }
     text
@@ -224,6 +305,9 @@ pub fn table(rows: &[Row]) -> String {
 
 fn json(rows: &[Row]) -> serde_json::Value {
     rows.iter()
-        .map(|row| serde_json::json!({ "program": row.program, "profile": row.profile, "figures": row.figures }))
+        .map(|row| {
+            let processor = row.board.processor();
+            serde_json::json!({ "program": row.program, "profile": row.profile, "processor": processor, "figures": row.figures })
+        })
         .collect()
 }

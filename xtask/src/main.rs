@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod archive;
+mod boards;
 mod budgets;
 mod c_header;
 mod c_hosts;
@@ -52,7 +53,7 @@ struct Arguments {
 enum Command {
     /// Runs every test of the workspace and says how many were skipped for want of data.
     Test(test::Options),
-    /// Builds the firmware in Rust and in C, runs it on an emulated Cortex-M4F, and compares stack and code size with the budgets: a part of `vectors`.
+    /// Builds the firmware in Rust and in C, runs it on an emulated Cortex-M4F and M7, and compares stack, code size and instructions with the budgets: a part of `vectors`.
     Firmware(firmware::Options),
     /// Runs the golden vectors in every way: Rust, C, C++, JavaScript, this machine and the emulated ones; one table, and one of sizes.
     Vectors(vectors::Options),

@@ -85,8 +85,8 @@ impl Target {
         Ok(command)
     }
 
-    /// What runs a program: append the program's path (for wasm a script of node, then its arguments). Fails with a remedy when it
-    /// is missing.
+    /// What runs a program: append the program's path (for wasm a script of node, then its arguments; without an operating system a board comes
+    /// first, see [`Board::emulator`](crate::boards::Board::emulator)). Fails with a remedy when it is missing.
     pub fn emulator(self) -> Result<Command> {
         let (name, remedy) = match self {
             Target::CortexM => ("qemu-system-arm", "on Debian `apt-get install qemu-system-arm`"),
@@ -97,11 +97,7 @@ impl Target {
         if output(Command::new(name).arg("--version")).is_none() {
             return Err(format!("{name} is missing: {remedy}").into());
         }
-        let mut command = Command::new(name);
-        if self == Target::CortexM {
-            command.args(BOARD.split_whitespace());
-        }
-        Ok(command)
+        Ok(Command::new(name))
     }
 
     /// Name and version of [`Target::emulator`].
@@ -111,10 +107,6 @@ impl Target {
         Ok(format!("{} {}", command.get_program().display(), number(&version)))
     }
 }
-
-/// QEMU's model of ARM MPS2+ with the AN386 image; the same words as the `runner` in examples/firmware/.cargo/config.toml.
-const BOARD: &str = "-M mps2-an386 -nographic -monitor none -serial none -chardev stdio,id=out \
-                     -semihosting-config enable=on,target=native,chardev=out -kernel";
 
 /// The first word of a text that looks like a version.
 pub fn number(text: &str) -> String {

@@ -175,7 +175,10 @@ fn wrapper_run(compiler: &Compiler, title: &'static str, module: &Path) -> Resul
 fn unit_tests(title: &str, module: &Path) -> Result<Option<String>> {
     let ended = {
         let mut command = node("wrapper.mjs")?;
-        ended(command.arg(module).args([MODEL, BODY, WAVELET].map(|path| project().join(path))), Duration::from_secs(300))?
+        ended(
+            command.arg(module).args([MODEL, BODY, WAVELET].map(|path| project().join(path))),
+            Duration::from_secs(300),
+        )?
     };
     let count = |name: &str| {
         let line = ended.text.lines().find_map(|line| line.strip_prefix(name));

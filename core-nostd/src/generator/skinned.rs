@@ -160,7 +160,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     ) -> Axes<N> {
         match self.blend {
             Blend::Linear => linear_blend::blended(lanes, holds, state.motions, rest),
-            Blend::DualQuaternion => Screws::of(&dual_quaternion::blended(lanes, holds, state.duals)).applied(rest),
+            Blend::DualQuaternion => dual_quaternion::moved(&dual_quaternion::blended(lanes, holds, state.duals), rest),
         }
     }
 
@@ -393,7 +393,7 @@ impl<R: Rest> Generator for Skinned<'_, R> {
             correction_slopes: take().as_chunks_mut().0,
             shifts: take().as_chunks_mut().0,
         };
-        self.skeleton.pose(weights.identity, weights.pose, self.joints, &mut posed);
+        self.skeleton.pose(weights.identity, weights.pose, self.joints, derivatives, &mut posed);
     }
 
     #[cfg_attr(feature = "inline-kernels", inline(always))]

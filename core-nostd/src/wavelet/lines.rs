@@ -38,6 +38,7 @@ impl<'w, R> Lines<'w, R> {
 
 /// The first two lifts of at most [`MAX_LINES`] lines, and the third at their ends, as far as the range `out` of the span needs them.
 #[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 pub(crate) fn lift_twice<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &mut [R]) -> Option<()> {
     // Lifts run over all lines as if they were one; the ends, which they spoil, are kept apart.
     let mut kept = [[R::ZERO; 2]; MAX_LINES];
@@ -192,6 +193,7 @@ pub(crate) const fn split_range(span: &Span) -> [usize; 2] {
 
 /// The range `out` of a span from the slots of a line after [`lift_twice`]: the third lift of the coarse samples, and the details, in turn.
 #[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 pub(crate) fn merge<S: Lifting, R: Real>(span: &Span, v: &[R], e: &[R], out: &mut [R]) -> Option<()> {
     let (first, last) = (*v.get(1)?, *v.last()?);
     let slot = (span.out.from / 2 + 1).checked_sub(span.coarse.from)?;

@@ -2,7 +2,7 @@
 //!
 //! The order is that of the separable transform: columns then rows in the synthesis, rows then columns in the analysis.
 
-use super::lifting::{Lifting, Plain};
+use super::lifting::{BilinearSynthesis, CubicSynthesis, Lifting, Plain, Wavelet};
 use super::lines::{copy, lift, lift_twice, load, merge, slots, split, split_range};
 use super::span::{Interval, Span};
 use super::strip::{Strip, halves, lines, lines_of, lines_of_mut};
@@ -60,6 +60,22 @@ impl<R> Rows<1, R> for Held<'_, R> {
     }
 }
 
+/// A call with the arithmetic of a wavelet's synthesis. It is chosen where it is used, so that what the wavelets have in common is in a program once.
+macro_rules! synthesis {
+    ($wavelet:expr, $S:ident => $call:expr) => {
+        match $wavelet {
+            Wavelet::Cubic => {
+                type $S = CubicSynthesis;
+                $call
+            }
+            Wavelet::Bilinear => {
+                type $S = BilinearSynthesis;
+                $call
+            }
+        }
+    };
+}
+
 /// The step between a level and the next coarser one.
 pub(crate) struct Step {
     pub(crate) columns: Span,
@@ -76,6 +92,7 @@ impl Step {
 
     /// Row `j` of details to line `line`; `first` is the first coefficient of the level.
     #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(not(feature = "inline-kernels"), inline(never))]
     fn load_details<const N: usize, R: Real>(
         &self,
         j: usize,
@@ -96,9 +113,10 @@ impl Step {
 
     /// The window `columns.out` x `rows.out` of a level from the next coarser one and the level's coefficients, which begin at `first`; both as
     /// far as the spans ask for.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
-    pub(crate) fn synthesis<S: Lifting, const N: usize, R: Real>(
+    #[inline(always)]
+    pub(crate) fn synthesis<const N: usize, R: Real>(
         &self,
+        wavelet: Wavelet,
         coarse: [Samples<'_, R>; N],
         first: usize,
         details: &mut (impl Rows<N, R> + ?Sized),
@@ -126,16 +144,17 @@ impl Step {
                 }
             }
             for (strip, out) in strips.iter_mut().zip(&mut out) {
-                self.lifted::<S, R>(j, count, strip, out)?;
+                self.lifted(wavelet, j, count, strip, out)?;
             }
         }
         Some(())
     }
 
     /// The rows of one component that coarse rows `j..j + count`, which have come in, make complete.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
-    fn lifted<S: Lifting, R: Real>(
+    #[inline(always)]
+    fn lifted<R: Real>(
         &self,
+        wavelet: Wavelet,
         j: usize,
         count: usize,
         strip: &mut Strip<'_, R>,
@@ -143,12 +162,12 @@ impl Step {
     ) -> Option<()> {
         let (columns, rows) = (&self.columns, &self.rows);
         let (slots, width) = (slots(columns), columns.out.len());
-        let ready = strip.lift::<S>(slots, rows, j, count)?;
+        let ready = synthesis!(wavelet, S => strip.lift::<S>(slots, rows, j, count)?);
         strip.keep(slots, count)?;
         for (lines, range) in [(&mut strip.even, ready.even), (&mut strip.odd, ready.odd)] {
             let [v, e] = halves(slots, lines, range)?;
             if !v.is_empty() {
-                lift_twice::<S, R>(columns, v, e)?;
+                synthesis!(wavelet, S => lift_twice::<S, R>(columns, v, e)?);
             }
         }
         // Line r is row 2 (j + r - 1), or 2 (j + r - 2) + 1; some are there for the sake of their neighbours alone.
@@ -157,7 +176,8 @@ impl Step {
                 let row = (2 * (j + r)).checked_sub(back)?;
                 if row >= rows.out.from && row < rows.out.to {
                     let (v, e) = (lines_of(lines.v, slots, r, 1)?, lines_of(lines.e, slots, r, 1)?);
-                    merge::<S, R>(columns, v, e, part_mut(out, (row - rows.out.from) * width, width)?)?;
+                    let out = part_mut(out, (row - rows.out.from) * width, width)?;
+                    synthesis!(wavelet, S => merge::<S, R>(columns, v, e, out)?);
                 }
             }
         }

@@ -103,6 +103,7 @@ fn move_line<R: Real>(half: &mut [R], slots: usize, from: usize, to: usize) -> O
 
 /// The lifts along y of one half of the columns.
 #[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 fn lift_half<S: Lifting, R: Real>(
     slots: usize,
     rows: &Span,

@@ -3,7 +3,7 @@
 use core::ops::Range;
 
 use super::grid::Grid;
-use super::lifting::{BilinearSynthesis, CubicSynthesis, Lifting, Wavelet};
+use super::lifting::Wavelet;
 use super::lines::split_range;
 use super::span::{Interval, Span};
 use super::step::{Held, Rows, Samples, Step};
@@ -153,12 +153,7 @@ pub fn window<R: Real>(
         let out = [part_mut(out, component * rectangle.area(), rectangle.area())?];
         let base = [Samples { numbers: coefficients, stride: grid.width(0), origin: [0, 0] }];
         let details = &mut Held(coefficients);
-        match wavelet {
-            Wavelet::Cubic => planes::<CubicSynthesis, 1, R>(grid, level, rectangle, base, details, out, workspace)?,
-            Wavelet::Bilinear => {
-                planes::<BilinearSynthesis, 1, R>(grid, level, rectangle, base, details, out, workspace)?;
-            }
-        }
+        planes::<1, R>(wavelet, grid, level, rectangle, base, details, out, workspace)?;
     }
     Ok(())
 }
@@ -193,7 +188,8 @@ pub(crate) const fn longest_row(grid: &Grid, level: usize, mut rectangle: Rectan
 /// `N` components side by side. `base` holds what the rectangle needs of level 0.
 #[cfg_attr(feature = "inline-kernels", inline(always))]
 #[allow(clippy::too_many_arguments)]
-pub(crate) fn planes<S: Lifting, const N: usize, R: Real>(
+pub(crate) fn planes<const N: usize, R: Real>(
+    wavelet: Wavelet,
     grid: &Grid,
     level: usize,
     rectangle: Rectangle,
@@ -227,7 +223,8 @@ pub(crate) fn planes<S: Lifting, const N: usize, R: Real>(
             if at == level { out.each_mut().map(|to| &mut **to) } else { targets.each_mut().map(|to| &mut **to) };
         let mut strips = scratch.each_mut().map(|scratch| Strip::new(&columns, &rows, scratch).unwrap_or_default());
         let first = grid.coefficients(at).start;
-        Step { columns, rows }.synthesis::<S, N, R>(coarse, first, details, to, &mut strips).ok_or(Error::Empty)?;
+        let step = Step { columns, rows };
+        step.synthesis::<N, R>(wavelet, coarse, first, details, to, &mut strips).ok_or(Error::Empty)?;
         core::mem::swap(&mut sources, &mut targets);
     }
     Ok(())

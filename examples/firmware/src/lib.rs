@@ -7,4 +7,5 @@
 pub mod board;
 pub mod cases;
 pub mod console;
+pub mod measured;
 mod panic;

@@ -19,7 +19,6 @@ use super::{At, Block, Generator, LANES, NUMBERS, Weights};
 use crate::Error;
 use crate::quantise::Storage;
 use crate::wavelet::basis::{Basis, coefficient_lines, lines_req, scratch_req};
-use crate::wavelet::lifting::{BilinearSynthesis, CubicSynthesis};
 use crate::wavelet::span::Interval;
 use crate::wavelet::step::{Rows, Samples};
 use crate::wavelet::window::{Rectangle, longest_row, planes, planes_req};
@@ -311,11 +310,7 @@ fn synthesised_planes(
     out: [&mut [f32]; 3],
     rest: &mut [f32],
 ) -> Option<()> {
-    let level = grid.levels();
-    match wavelet {
-        Wavelet::Cubic => planes::<CubicSynthesis, 3, f32>(grid, level, window, base, source, out, rest).ok(),
-        Wavelet::Bilinear => planes::<BilinearSynthesis, 3, f32>(grid, level, window, base, source, out, rest).ok(),
-    }
+    planes::<3, f32>(wavelet, grid, grid.levels(), window, base, source, out, rest).ok()
 }
 
 const fn whole_window(grid: &Grid) -> Rectangle {

@@ -37,7 +37,8 @@ impl<L: Locals> Source<'_, L> {
 }
 
 impl<L: Locals> Rows<3, f32> for Source<'_, L> {
-    #[inline(always)]
+    /// One copy of the local models in a program.
+    #[inline(never)]
     fn row(&mut self, from: usize, len: usize) -> Option<[&[f32]; 3]> {
         let mut done = 0;
         while done < len {

@@ -56,8 +56,9 @@ fn demo() -> Result<(), Error> {
     // 3. Measure its landmarks somewhere else in space, as a camera would...
     let camera = Similarity::IDENTITY.moved([0.1, 0.4, -0.2], [25.0, -40.0, 600.0], 0.0);
     let mut measured = [None; LANDMARKS];
+    let at = face.begin(weights, false, &mut [])?;
     for (position, vertex) in measured.iter_mut().zip(model.landmarks().iter().flat_map(|all| all.iter())) {
-        *position = face.vertex_unchecked(weights, vertex as usize).map(|point| camera.applied(point));
+        *position = face.vertex_unchecked(at, vertex as usize).map(|point| camera.applied(point));
     }
 
     // 4. ... and find weights and placement again from them alone.

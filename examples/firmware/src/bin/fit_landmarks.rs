@@ -2,9 +2,8 @@
 #![no_std]
 #![no_main]
 
-use habitus_core::fit::{fit_landmarks, fit_landmarks_req};
+use habitus_core::fit::fit_landmarks_req;
 use habitus_core::format::Model;
-use habitus_core::rotation::similarity::Similarity;
 use habitus_firmware::{board, cases, console, entry, include_model};
 
 entry!(run);
@@ -13,13 +12,9 @@ fn run() {
     let bytes = include_model!("../../models/small.hab");
     let Ok(model) = Model::open(bytes) else { board::exit(1) };
     let Ok(generator) = model.bilinear() else { board::exit(1) };
-    let targets = cases::targets(&model, &generator);
-    let options = cases::fit_options(&model);
-    let (mut identity, mut pose, mut placement) = ([0.0; 4], [0.0; 3], Similarity::IDENTITY);
     let memory = board::memory();
-    let (report, stack) = board::stack_used(|| {
-        fit_landmarks(&model, &generator, &targets, &options, &mut identity, &mut pose, &mut placement, memory)
-    });
+    let Ok(targets) = cases::targets(&model, &generator, 1, memory) else { board::exit(1) };
+    let (report, stack) = board::stack_used(|| cases::fitted(&model, &generator, &targets, memory));
     let Ok(report) = report else { board::exit(1) };
     console::text("distance of the landmarks, mm: ");
     console::real(report.rms);
@@ -27,7 +22,7 @@ fn run() {
     console::number(report.iterations);
     console::line("");
     console::measure("stack", stack);
-    console::measure("scratch", fit_landmarks_req(4, 3, options.frame).f32_bytes() as u32);
+    console::measure("scratch", fit_landmarks_req(4, 3, cases::fit_options(&model).frame).f32_bytes() as u32);
     // The targets are the model's own: what is left comes from the priors.
     if !(report.rms < 1.0) {
         board::exit(1);

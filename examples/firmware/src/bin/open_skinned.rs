@@ -1,0 +1,14 @@
+//! Stack and code of "open a body, evaluate it by ranges".
+#![no_std]
+#![no_main]
+
+use habitus_core::format::Model;
+use habitus_core::quantise::F32;
+use habitus_firmware::{entry, include_model, measured};
+
+entry!(run);
+
+fn run() {
+    let bytes = include_model!("../../models/body.hab");
+    measured::open_evaluate(bytes, include_model!("../../models/body.mean"), Model::skinned::<F32<'_>>);
+}
