@@ -65,6 +65,11 @@ fn grid(case: &Case<'_>) -> Result<Grid, Problem> {
     Ok(Grid::new(width, height, levels)?)
 }
 
+/// Planes of coefficients. A grid has nodes, which the compiler does not know: a division would keep a panic path in small programs.
+fn components<R>(grid: &Grid, coefficients: &[R]) -> Result<usize, Problem> {
+    coefficients.len().checked_div(grid.len()).ok_or(Problem::Text("grid"))
+}
+
 /// One lifting step of a line and back.
 #[inline(never)]
 pub(super) fn step<R: Number>(case: &Case<'_>, pieces: &mut Pieces<'_>, tally: &mut Tally<'_>) -> Result<(), Problem> {
@@ -104,7 +109,7 @@ pub(super) fn windows<R: Number>(
 ) -> Result<(), Problem> {
     let (grid, wavelet, level) = (grid(case)?, wavelet(case)?, integer(case, "level")? as usize);
     let numbers: &[R] = pieces.numbers(case, "coefficients")?;
-    let components = numbers.len() / grid.len();
+    let components = components(&grid, numbers)?;
     let memory = pieces.zeros(components * grid.node_count(level))?;
     let workspace = pieces.zeros(synthesis_req(&grid, level).numbers())?;
     for bounds in pieces.integers(case, "windows")?.as_chunks::<4>().0 {
@@ -151,7 +156,7 @@ pub(super) fn surface<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Resul
     windows::<f32>(case, pieces, tally)?;
     let (grid, wavelet, level) = (grid(case)?, wavelet(case)?, integer(case, "level")? as usize);
     let coefficients: &[f32] = pieces.numbers(case, "coefficients")?;
-    let out = pieces.zeros(coefficients.len() / grid.len() * grid.node_count(level))?;
+    let out = pieces.zeros(components(&grid, coefficients)? * grid.node_count(level))?;
     let workspace = pieces.zeros(synthesis_req(&grid, level).numbers())?;
     backend.wavelet_synthesis(&grid, wavelet, level, coefficients, out, workspace)?;
     tally.compare("out", out)
