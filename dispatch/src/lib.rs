@@ -16,10 +16,11 @@ use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::Prepared;
-use habitus_core::generator::{At, Generator, Weights};
+use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::procrustes::Moments;
 use habitus_core::wavelet::{Grid, Wavelet, transform};
+use habitus_core::workspace::Requirement;
 
 /// A call with its arguments.
 trait Call {
@@ -33,11 +34,11 @@ trait Call {
 macro_rules! dispatched {
     (
         $(#[$attribute:meta])*
-        pub fn $name:ident [$($generics:tt)*] [$($uses:tt)*] ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
+        $visible:vis fn $name:ident [$($generics:tt)*] [$($uses:tt)*] ($($argument:ident: $type:ty),* $(,)?) -> $output:ty $body:block
     ) => {
         $(#[$attribute])*
         #[allow(clippy::too_many_arguments)]
-        pub fn $name<$($generics)*>($($argument: $type),*) -> $output {
+        $visible fn $name<$($generics)*>($($argument: $type),*) -> $output {
             struct Arguments<$($generics)*> { $($argument: $type),* }
             impl<$($generics)*> Call for Arguments<$($uses)*> {
                 type Output = $output;
@@ -54,6 +55,7 @@ macro_rules! dispatched {
 
 /// Runs a call with the widest vectors that pay: 256 bits, or those of the target. Most kernels wait for memory; 512 bits gave nothing beyond noise.
 #[cfg(feature = "std")]
+#[inline(never)]
 fn widest<C: Call>(call: C) -> C::Output {
     struct Within<C>(C);
 
@@ -139,6 +141,25 @@ dispatched! {
 }
 
 dispatched! {
+    /// [`Generator::block_unchecked`].
+    fn evaluated_block['a, G: Generator]['a, G](generator: &'a G, at: At<'a>, block: usize) -> Option<Block> {
+        generator.block_unchecked(at, block)
+    }
+}
+
+dispatched! {
+    /// [`Generator::linearised_block_unchecked`].
+    fn linearised_block['a, G: Generator]['a, G](
+        generator: &'a G,
+        at: At<'a>,
+        block: usize,
+        jacobian: &'a mut [[f32; NUMBERS]],
+    ) -> Option<Block> {
+        generator.linearised_block_unchecked(at, block, jacobian)
+    }
+}
+
+dispatched! {
     /// [`AnyGenerator::prepared`] on one thread.
     pub fn any_prepared['a, 'm: 'w, 'w]['a, 'm, 'w](
         generator: &'a AnyGenerator<'m>,
@@ -216,5 +237,54 @@ dispatched! {
         workspace: &'a mut [f32],
     ) -> Result<(), Error> {
         transform::synthesis(grid, wavelet, level, coefficients, out, workspace)
+    }
+}
+
+/// A generator whose kernels are called and choose the width of their vectors themselves.
+///
+/// For long calls over generators of any kind, such as fits and derivatives: with the kernels of every kind and storage inside, each would be half a
+/// megabyte. The choice costs some nanoseconds a block of vertices.
+#[derive(Debug, Clone, Copy)]
+pub struct Blockwise<'g, G>(pub &'g G);
+
+impl<G: Generator> Generator for Blockwise<'_, G> {
+    fn vertex_count(&self) -> usize {
+        self.0.vertex_count()
+    }
+
+    fn identity_dim(&self) -> usize {
+        self.0.identity_dim()
+    }
+
+    fn pose_dim(&self) -> usize {
+        self.0.pose_dim()
+    }
+
+    fn state_req(&self, derivatives: bool) -> Requirement {
+        self.0.state_req(derivatives)
+    }
+
+    fn write_state(&self, weights: Weights<'_>, derivatives: bool, state: &mut [f32]) {
+        self.0.write_state(weights, derivatives, state);
+    }
+
+    #[inline(never)]
+    fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
+        evaluated_block(self.0, at, block)
+    }
+
+    #[inline(never)]
+    fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
+        linearised_block(self.0, at, block, jacobian)
+    }
+
+    #[inline(never)]
+    fn vertex_unchecked(&self, at: At<'_>, vertex: usize) -> Option<[f32; 3]> {
+        self.0.vertex_unchecked(at, vertex)
+    }
+
+    #[inline(never)]
+    fn linearised_vertex_unchecked(&self, at: At<'_>, vertex: usize, jacobian: &mut [[f32; 3]]) -> Option<[f32; 3]> {
+        self.0.linearised_vertex_unchecked(at, vertex, jacobian)
     }
 }

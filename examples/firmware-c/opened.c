@@ -63,8 +63,8 @@ int opened(const uint8_t *bytes, size_t len, const uint8_t *expected_mean) {
         return 1;
     }
     /* A wavelet model has weights for every coefficient, of which there are as many as vertices. */
-    n_identity = counts.identity_dim * (counts.kind == HAB_KIND_WAVELET ? (size_t)counts.n_vertices : 1);
-    n_pose = counts.pose_dim * (counts.kind == HAB_KIND_WAVELET ? (size_t)counts.n_vertices : 1);
+    n_identity = counts.identity_dim;
+    n_pose = counts.pose_dim;
     if (n_identity > MOST_WEIGHTS || n_pose > MOST_WEIGHTS) {
         return 1;
     }

@@ -128,7 +128,7 @@ pub unsafe extern "C" fn hab_model_linearise(
         let (identity, pose, values, jacobian) =
             unsafe { (identity.slice(), pose.slice(), values.slice(), jacobian.slice()) };
         let at = generator.begin(Weights { identity, pose }, true, &mut [])?;
-        Ok(kernel::linearise_at(&generator, at, range, values, jacobian)?)
+        Ok(kernel::Blockwise(&generator).linearise_at(at, range, values, jacobian)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 12, body) }

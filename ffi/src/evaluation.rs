@@ -273,7 +273,7 @@ pub unsafe extern "C" fn hab_evaluation_linearise(
         block_lengths([4, 6], range.len(), dim, [values_len, jacobian_len])?;
         // SAFETY: the caller's promise.
         let (values, jacobian) = unsafe { (values.slice(), jacobian.slice()) };
-        Ok(either!(of, generator => kernel::linearise_at(generator, *at, range, values, jacobian))?)
+        Ok(either!(of, generator => kernel::Blockwise(generator).linearise_at(*at, range, values, jacobian))?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 8, body) }

@@ -213,7 +213,7 @@ pub unsafe extern "C" fn hab_prepared_linearise(
         // SAFETY: the caller's promise.
         let (weights, values, jacobian) = unsafe { (weights.slice(), values.slice(), jacobian.slice()) };
         let at = form.begin(free_weights(form, weights), true, &mut [])?;
-        Ok(kernel::linearise_at(form, at, range, values, jacobian)?)
+        Ok(kernel::Blockwise(form).linearise_at(at, range, values, jacobian)?)
     };
     // SAFETY: the caller's promise.
     unsafe { call(detail, 10, body) }

@@ -1,11 +1,13 @@
 //! What a fit is made to: a model, or a prepared form of it, as one generator.
 //!
-//! One type for both: the solver is 40 KB of code for every vector width, and the choice costs a branch per block of vertices.
+//! One type for both, with kernels that are called and choose the width of their vectors themselves: the solver is 40 KB of code for every width, and
+//! inside it the kernels of every kind and storage would be half a megabyte. The choice costs some nanoseconds a block of vertices.
 
 use habitus_core::format::{Mode, Model};
 use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::workspace::Requirement;
+use habitus_dispatch::Blockwise;
 
 use crate::code::{Refusal, length};
 use crate::memory::Arguments;
@@ -88,14 +90,14 @@ impl Generator for Shape<'_> {
         either!(self, generator => generator.write_state(weights, derivatives, state));
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
-        either!(self, generator => generator.block_unchecked(at, block))
+        either!(self, generator => Blockwise(generator).block_unchecked(at, block))
     }
 
-    #[inline(always)]
+    #[inline(never)]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
-        either!(self, generator => generator.linearised_block_unchecked(at, block, jacobian))
+        either!(self, generator => Blockwise(generator).linearised_block_unchecked(at, block, jacobian))
     }
 
     #[inline(always)]

@@ -107,7 +107,7 @@ static void evaluate(context *c) {
 }
 
 /* Values and derivatives of one block. */
-static bool linearised(context *c, uint32_t block, floats *values, floats *jacobian) {
+static bool linearised(context *c, uint32_t block, floats *positions, floats *jacobian) {
     hab_model model;
     hab_counts counts;
     hab_evaluation evaluation;
@@ -116,17 +116,17 @@ static bool linearised(context *c, uint32_t block, floats *values, floats *jacob
     if (!opened(c, &model, &counts)) {
         return false;
     }
-    *values = context_zeros(c, BLOCK_NUMBERS);
+    *positions = context_zeros(c, BLOCK_NUMBERS);
     *jacobian = context_zeros(c, (counts.identity_dim + counts.pose_dim) * BLOCK_NUMBERS);
     if (!counts.needs_evaluation) {
         return accepted(c,
-                        hab_model_linearise(&model, identity.at, identity.count, pose.at, pose.count, block, 1, values->at, values->count,
+                        hab_model_linearise(&model, identity.at, identity.count, pose.at, pose.count, block, 1, positions->at, positions->count,
                                             jacobian->at, jacobian->count, &detail),
                         &detail);
     }
     return begun(c, &model, NULL, identity, pose, 1, &evaluation) &&
            accepted(c,
-                    hab_evaluation_linearise(&evaluation, block, 1, values->at, values->count, jacobian->at, jacobian->count, &detail),
+                    hab_evaluation_linearise(&evaluation, block, 1, positions->at, positions->count, jacobian->at, jacobian->count, &detail),
                     &detail);
 }
 
