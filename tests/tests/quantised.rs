@@ -1,4 +1,4 @@
-//! What half precision and bytes cost a model: faces of the shared tensor, and wavelet models of procedural faces, over the 200 seeded shapes of
+//! What half precision and bytes cost a model: faces of the shared tensor, bodies, and wavelet models of procedural faces, over the 200 seeded shapes of
 //! `quantise`.
 //!
 //! The bounds are what was measured (`docs/numerics.md`), with a tenth more: training is not the same bits everywhere, and the figures have two
@@ -9,7 +9,7 @@ use habitus::face::training_data;
 use habitus::io::model::{ModelSource, QuantisationError, hab, quantise};
 use habitus_core::format::{ElementType, Model};
 use habitus_core::wavelet::Wavelet;
-use habitus_tests::models::wavelet;
+use habitus_tests::models::{body, wavelet};
 
 /// Mean, root mean square and largest distance of a vertex, mm.
 type Cost = [f64; 3];
@@ -48,6 +48,19 @@ fn faces() {
         costs("faces of the shared tensor, 40 x 10", &file),
         [[0.0014, 0.0019, 0.0216], [0.0126, 0.0172, 0.1611]],
     );
+}
+
+/// The developer's bodies of 20 and of 100 components: at most 0.06 mm on average and 0.55 mm anywhere in bytes.
+#[test]
+fn bodies() {
+    let Some(data) = habitus_tests::data::dir_or_skip("quantised bodies") else { return };
+    for dim in [20, 100] {
+        let [half, bytes] = costs(&format!("body of {dim} components"), &body::file(&data, dim).unwrap());
+        for [mean, _, largest] in [half, bytes] {
+            assert!(mean > 0.0 && mean <= 0.06 && largest <= 0.55, "{dim} components: {mean} and {largest} mm");
+        }
+        assert!(half[0] < 0.5 * bytes[0]);
+    }
 }
 
 /// The developer's models of 40 people, 3 x 3 weights for each of 24 897 coefficients.

@@ -1,4 +1,4 @@
-//! The golden vectors through the core on this machine: called plainly, and inside the wrappers for wider vectors.
+//! The golden vectors through the core on this machine: called plainly.
 
 use crate::golden::{Interface, Run};
 use crate::process::{Result, cargo, ended, output, succeed, target_dir};
@@ -8,22 +8,12 @@ use std::time::Duration;
 
 const PACKAGE: &str = "habitus-golden";
 const PROGRAM: &str = "figures";
-const WAYS: [(&str, &str); 2] = [("plain", "Rust"), ("avx2", "Rust, AVX2")];
 
-/// A run for each width of vectors that this processor has.
+/// The run with the vectors of the target; wider ones are in the libraries for C and in the test `dispatched`.
 pub fn runs() -> Result<Vec<Run>> {
     succeed(&mut cargo(&["build", "--release", "--package", PACKAGE, "--example", PROGRAM]))?;
     let program = target_dir("").join("release/examples").join(PROGRAM);
     let version = output(Command::new("rustc").arg("--version")).unwrap_or_default();
-    let mut runs = Vec::new();
-    for (argument, way) in WAYS {
-        let ended = ended(Command::new(&program).arg(argument), Duration::from_secs(120))?;
-        let run = Run::new(way, Interface::Rust, format!("rustc {}", number(&version)), String::new(), &ended);
-        if run.figure("unsupported") == Some(1) {
-            eprintln!("{way}: left out, this processor has no such vectors");
-        } else {
-            runs.push(run);
-        }
-    }
-    Ok(runs)
+    let ended = ended(&mut Command::new(program), Duration::from_secs(120))?;
+    Ok(vec![Run::new("Rust", Interface::Rust, format!("rustc {}", number(&version)), String::new(), &ended)])
 }

@@ -1,36 +1,12 @@
-//! Runs the golden vectors and their negative control on this processor: `cargo run --release -p habitus-golden --example figures -- plain|avx2`.
+//! Runs the golden vectors and their negative control on this processor: `cargo run --release -p habitus-golden --example figures`.
 //!
-//! Prints each failing case, then the figures as lines `@name value`; `@unsupported 1` alone where the processor lacks these vectors.
+//! Prints each failing case, then the figures as lines `@name value`.
 
-use habitus_golden::{Backend, CASE_BYTES, Memory, Plain, REQUIREMENT, VECTORS, noticed, run};
+use habitus_golden::{CASE_BYTES, Memory, Plain, REQUIREMENT, VECTORS, noticed, run};
 use std::process::ExitCode;
 
-#[cfg(target_arch = "x86_64")]
-#[path = "../tests/wide/mod.rs"]
-mod wide;
-
 fn main() -> ExitCode {
-    let way = std::env::args().nth(1).unwrap_or_default();
-    match way.as_str() {
-        "plain" => figures(&Plain),
-        #[cfg(target_arch = "x86_64")]
-        "avx2" => pulp::x86::V3::try_new().map_or_else(unsupported, |arch| figures(&wide::Avx2(arch))),
-        #[cfg(not(target_arch = "x86_64"))]
-        "avx2" => unsupported(),
-        other => {
-            eprintln!("`{other}` is no way to run the vectors: plain or avx2");
-            ExitCode::from(2)
-        }
-    }
-}
-
-/// This processor has no such vectors.
-fn unsupported() -> ExitCode {
-    println!("@unsupported 1");
-    ExitCode::SUCCESS
-}
-
-fn figures(backend: &impl Backend) -> ExitCode {
+    let backend = &Plain;
     let memory = &mut Memory {
         floats: &mut vec![0.0; REQUIREMENT.floats],
         doubles: &mut vec![0.0; REQUIREMENT.doubles],

@@ -1,4 +1,4 @@
-//! The core gives the bits of the golden vectors, called directly and inside wrappers for wider vectors.
+//! The core gives the bits of the golden vectors, called directly; with wider vectors: tests/tests/dispatched.rs.
 
 use habitus_golden::{Backend, CaseResult, Memory, Plain, REQUIREMENT, Summary, VECTORS, Vectors, run};
 
@@ -30,23 +30,6 @@ fn assert_equal_bits(name: &str, backend: &impl Backend) {
 #[test]
 fn plain_calls() {
     assert_equal_bits("plain", &Plain);
-}
-
-#[cfg(target_arch = "x86_64")]
-mod wide;
-
-#[cfg(target_arch = "x86_64")]
-mod dispatched {
-    use super::wide::Avx2;
-    use super::*;
-
-    #[test]
-    fn dispatched_avx2() {
-        match pulp::x86::V3::try_new() {
-            Some(arch) => assert_equal_bits("AVX2", &Avx2(arch)),
-            None => eprintln!("dispatched_avx2: skipped, this processor has no AVX2"),
-        }
-    }
 }
 
 /// Negative control: the last bit of the last number of a case, changed in the vectors, is one differing bit or a refusal of the case.
