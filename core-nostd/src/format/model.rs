@@ -154,7 +154,7 @@ impl<'a> Model<'a> {
         Ok(Bilinear::new(self.header, self.storage()?))
     }
 
-    /// The generator of a linear model (equation 9.1) in the storage of its file: [`F32`], [`F16`] or [`I8`].
+    /// The generator of a linear model (equation 9.1) in the storage of its file: [`F32`], [`F16`](crate::quantise::F16) or [`I8`](crate::quantise::I8).
     ///
     /// Errors: `WrongKind` (kind, or storage) for another model.
     pub fn linear<S: Storage<'a>>(&self) -> Result<Linear<'a, S>, Error> {

@@ -76,15 +76,17 @@ struct Sums<R> {
     points: [[Lane<R>; 3]; 2],
     /// Of `p_i q_j`.
     cross: [[Lane<R>; 3]; 3],
-    /// Of `p_i p_j` for i <= j.
-    spread: ([Lane<R>; 3], [Lane<R>; 2], [Lane<R>; 1]),
+    /// Of `p_i p_j` for i <= j, by i.
+    x_with: [Lane<R>; 3],
+    y_with: [Lane<R>; 2],
+    z_with: [Lane<R>; 1],
 }
 
 impl<R: Real> Sums<R> {
     #[inline(always)]
     fn zero() -> Self {
         let zero = [R::ZERO; LANES];
-        Sums { points: [[zero; 3]; 2], cross: [[zero; 3]; 3], spread: ([zero; 3], [zero; 2], [zero]) }
+        Sums { points: [[zero; 3]; 2], cross: [[zero; 3]; 3], x_with: [zero; 3], y_with: [zero; 2], z_with: [zero] }
     }
 
     #[inline(always)]
@@ -98,17 +100,16 @@ impl<R: Real> Sums<R> {
         add_each(by_x, groups, |[[p, _, _], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
         add_each(by_y, groups, |[[_, p, _], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
         add_each(by_z, groups, |[[_, _, p], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
-        let (x_with, y_with, z_with) = &mut self.spread;
-        add_each(x_with, groups, |[[x, y, z], _]| [[*x, *x], [*x, *y], [*x, *z]], product);
-        add_each(y_with, groups, |[[_, y, z], _]| [[*y, *y], [*y, *z]], product);
-        add_each(z_with, groups, |[[_, _, z], _]| [[*z, *z]], product);
+        add_each(&mut self.x_with, groups, |[[x, y, z], _]| [[*x, *x], [*x, *y], [*x, *z]], product);
+        add_each(&mut self.y_with, groups, |[[_, y, z], _]| [[*y, *y], [*y, *z]], product);
+        add_each(&mut self.z_with, groups, |[[_, _, z], _]| [[*z, *z]], product);
     }
 
     /// In the order of the fields.
     #[inline(always)]
     fn lanes(&self) -> impl Iterator<Item = &Lane<R>> {
-        let (x, y, z) = &self.spread;
-        self.points.iter().flatten().chain(self.cross.iter().flatten()).chain(x).chain(y).chain(z)
+        let spread = self.x_with.iter().chain(&self.y_with).chain(&self.z_with);
+        self.points.iter().flatten().chain(self.cross.iter().flatten()).chain(spread)
     }
 }
 
