@@ -53,6 +53,9 @@ pub fn bytes() -> Vec<u8> {
         (8, 24),
     ];
     source.landmarks = corners.map(|(column, row)| (row * width + column) as u32).to_vec();
+    let quads = (0..height - 1).flat_map(|row| (0..width - 1).map(move |column| (row * width + column) as u32));
+    let below = width as u32;
+    source.faces = quads.flat_map(|a| [[a, a + below, a + 1], [a + 1, a + below, a + below + 1]]).collect();
     source.provenance = "procedural mask, no scan".into();
     hab::bytes(&source).expect("a small model can be written")
 }
