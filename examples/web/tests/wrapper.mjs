@@ -191,7 +191,7 @@ test("a wavelet model has levels and windows, and is fitted level by level", asy
   const { width, height, levels, nCoefficients } = model.grid();
   assert.deepEqual([model.counts.kind, model.counts.nVertices, nCoefficients], [CONSTANTS.HAB_KIND_WAVELET, width * height, width * height]);
   const whole = model.evaluate(mean(model));
-  // Half a standard deviation from the mean in the weights of the base.
+  // Half a standard deviation from the mean in the weights of some coefficients of the base.
   const shape = { ...mean(model), identity: model.weights("identity", new Array(24).fill(0.5)) };
   const targets = landmarksOf(model, model.evaluate(shape));
   const samples = targets.map(([x, y, z], k) => ({ vertex: model.landmarks()[k], target: [40 - y, x - 20, z + 300] }));
@@ -206,8 +206,8 @@ test("a wavelet model has levels and windows, and is fitted level by level", asy
   assert.deepEqual([firstColumn, nColumns, firstRow, nRows, model.counts.nVertices], [3, 2, 5, 1, 2]);
   assert.deepEqual(model.evaluate(mean(model)), whole.slice(3 * (5 * width + 3), 3 * (5 * width + 5)));
   model.setLevels(0, 1);
-  assert.deepEqual([model.grid().detail, model.grid().resolution, model.counts.nVertices], [0, 1, 35]);
-  assert.equal(model.evaluate(mean(model)).length, 3 * 35);
+  assert.deepEqual([model.grid().detail, model.grid().resolution, model.counts.nVertices], [0, 1, 117]);
+  assert.equal(model.evaluate(mean(model)).length, 3 * 117);
   refuses(() => model.setLevels(levels + 1, 0), "HAB_INDEX_OUT_OF_RANGE", [levels + 1, levels + 1]);
   const other = kernel.open(face);
   refuses(() => other.grid(), "HAB_WRONG_KIND", [4, 1]);
