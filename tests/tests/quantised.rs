@@ -65,6 +65,7 @@ fn bodies() {
 
 /// The developer's models of 40 people, 3 x 3 weights for each of 24 897 coefficients.
 #[test]
+#[ignore = "long in a debug build"]
 fn wavelets() {
     let measured = |kind| costs(&format!("{kind:?} wavelets of procedural faces"), &wavelet::file(40, kind).unwrap());
     let (cubic, bilinear) = (measured(Wavelet::Cubic), measured(Wavelet::Bilinear));
