@@ -385,7 +385,7 @@ impl Arena {
         let (identity, pose, found) = (slice(x), slice(y), slice(out));
         let model = Model::open(&self.file).expect("a file that the library has opened");
         let mut expected = vec![0.0; found.len()];
-        let generator = model.bilinear().expect("a bilinear model");
+        let generator = model.generator().expect("a generator");
         let all = 0..generator.vertex_count();
         generator.evaluate(Weights { identity: &identity, pose: &pose }, all, &mut expected).expect("accepted weights");
         assert!(found.iter().zip(&expected).all(|(a, b)| a.to_bits() == b.to_bits()), "bits");
