@@ -53,7 +53,7 @@ macro_rules! dispatched {
     };
 }
 
-/// Runs a call with the widest vectors that pay: 256 bits, or those of the target. Most kernels wait for memory; 512 bits gave nothing beyond noise.
+/// Runs a call with the widest vectors that pay: 256 bits, or those of the target. Wider ones would help what is bound by arithmetic; they are left out to save build time.
 #[cfg(feature = "std")]
 #[inline(never)]
 fn widest<C: Call>(call: C) -> C::Output {
