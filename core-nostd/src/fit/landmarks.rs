@@ -48,7 +48,7 @@ pub const fn fit_landmarks_req(identity_dim: usize, pose_dim: usize, frame: Fram
 /// the Gaussian prior of the model.
 ///
 /// Errors: as [`fit_points`], and `Unsupported` when the model has no landmarks. Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[allow(clippy::too_many_arguments)]
 pub fn fit_landmarks<G: Generator + ?Sized>(
     model: &Model<'_>,

@@ -56,7 +56,7 @@ pub const fn normal_equations_req(dim: usize, frame: Frame) -> Requirement {
 /// Determinism: a sample's three rows (x, y, z of the model's frame; one with a normal) enter in the order of the samples; their products are summed in
 /// groups of 24 rows. Errors: `DimensionMismatch`, `NotFinite` (weights, a placement whose scale is not above zero, index of a sample, or sums beyond `f32`), `BadSample` (normal), `IndexOutOfRange` (vertex of a sample), `WorkspaceTooSmall`.
 /// Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[allow(clippy::too_many_arguments)]
 pub fn normal_equations<G: Generator + ?Sized, S: Samples + ?Sized>(
     generator: &G,
@@ -142,7 +142,7 @@ struct Surface<'a, 'w, G: ?Sized> {
 
 impl<G: Generator + ?Sized> Surface<'_, '_, G> {
     /// Position of a sample's point; its derivatives are in `sum`. `None` for a vertex that does not exist.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearise(&mut self, sample: &Sample, next_vertex: Option<u32>) -> Option<[f32; 3]> {
         let mut position = [0.0; 3];
         self.sum.fill([0.0; 3]);
@@ -188,7 +188,7 @@ fn add_scaled(sum: &mut [f32; 3], factor: f32, value: [f32; 3]) {
 }
 
 /// The rows of one sample: derivatives by the weights, by the motions, and the residual.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 fn push_rows(
     rows: &mut Rows<'_>,
     sample: &Sample,

@@ -67,7 +67,7 @@ pub const fn fit_points_req(identity_dim: usize, pose_dim: usize, frame: Frame) 
 ///
 /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`, `BadSample`, `BadOption` (1 prior, 2 noise, 3 limits), `Empty`, `Degenerate`.
 /// Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
     generator: &G,
     samples: &S,
@@ -140,7 +140,7 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
 }
 
 /// Sum of the samples' weights, and the moments of their points on the generator at its start and of their targets.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 fn gathered<G: Generator + ?Sized, S: Samples + ?Sized>(
     generator: &G,
     at: At<'_>,
@@ -211,7 +211,7 @@ impl<G: Generator + ?Sized, S: Samples + ?Sized> LeastSquares<f32> for Problem<'
         self.generator.dim() + self.options.frame.dim()
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn normal_equations(&mut self, x: &[f32], jtj: &mut [f32], jtr: &mut [f32]) -> Result<f32, Error> {
         let identity_dim = self.generator.identity_dim();
         let (identity, rest) = x.split_at_checked(identity_dim).unwrap_or_default();

@@ -48,7 +48,7 @@ impl<'w> Rows<'w> {
     }
 
     /// Sums the group into the total.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn flush(&mut self) {
         let (width, padded) = (self.width, self.padded);
         let Some(rows) = self.rows.get(..self.filled * padded) else { return };
@@ -74,7 +74,7 @@ impl<'w> Rows<'w> {
     /// Writes `J^T J` (both triangles) and `J^T r`; returns `r^T r`.
     ///
     /// Errors: `NotFinite` when a sum has left the range of `f32`; nothing is written then.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(super) fn finish(mut self, jtj: &mut [f32], jtr: &mut [f32]) -> Result<f32, Error> {
         self.flush();
         if let Some(index) = self.total.iter().position(|sum| !sum.is_finite()) {

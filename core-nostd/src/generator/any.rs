@@ -175,12 +175,12 @@ impl Generator for AnyGenerator<'_> {
         each!(self, generator => generator.write_state(weights, derivatives, state));
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, generator => generator.block_unchecked(at, block))
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         each!(self, generator => generator.linearised_block_unchecked(at, block, jacobian))
     }
@@ -198,14 +198,14 @@ impl Generator for AnyGenerator<'_> {
     }
 
     /// One choice for the whole range.
-    #[cfg(feature = "inline-kernels")]
+    #[cfg(all(feature = "inline-kernels", not(debug_assertions)))]
     #[inline(always)]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         each!(self, generator => generator.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.
-    #[cfg(feature = "inline-kernels")]
+    #[cfg(all(feature = "inline-kernels", not(debug_assertions)))]
     #[inline(always)]
     fn linearise_at(
         &self,
@@ -222,7 +222,7 @@ impl Generator for AnyGenerator<'_> {
     }
 
     /// One choice for all vertices.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn gradient_at(
         &self,
         at: At<'_>,

@@ -53,7 +53,7 @@ impl<'a> AnyGenerator<'a> {
     /// and [`with_fixed`].
     ///
     /// Errors: `WrongKind` for a linear model, `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub fn prepared<'w>(
         &self,
         fixed: Mode,
@@ -179,12 +179,12 @@ impl Generator for AnyPrepared<'_, '_> {
         each!(self, form => form.write_state(weights, derivatives, state));
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         each!(self, form => form.block_unchecked(at, block))
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         each!(self, form => form.linearised_block_unchecked(at, block, jacobian))
     }
@@ -202,14 +202,14 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     /// One choice for the whole range.
-    #[cfg(feature = "inline-kernels")]
+    #[cfg(all(feature = "inline-kernels", not(debug_assertions)))]
     #[inline(always)]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         each!(self, form => form.evaluate_batch_at(ats, vertices, out))
     }
 
     /// One choice for the whole range.
-    #[cfg(feature = "inline-kernels")]
+    #[cfg(all(feature = "inline-kernels", not(debug_assertions)))]
     #[inline(always)]
     fn linearise_at(
         &self,
@@ -226,7 +226,7 @@ impl Generator for AnyPrepared<'_, '_> {
     }
 
     /// One choice for all vertices.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn gradient_at(
         &self,
         at: At<'_>,

@@ -66,7 +66,7 @@ impl<'a, S: Storage<'a>> Bilinear<'a, S> {
     }
 
     /// What is left of a block when the pose is fixed: the offset, and one column per identity weight in `columns`.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn with_pose(&self, pose: &[f32], block: usize, columns: &mut [[f32; NUMBERS]]) -> Option<Block> {
         let parts = self.parts(block)?;
         for (terms, column) in parts.identity.groups(self.stride()).zip(columns) {
@@ -78,7 +78,7 @@ impl<'a, S: Storage<'a>> Bilinear<'a, S> {
     /// What is left of a block when the identity is fixed: the offset, and one column per pose weight in `columns`.
     ///
     /// Order of summation: offset `o + x_i a_i`, columns `b_j + x_i m_ij`, i ascending, of the decoded terms.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn with_identity(
         &self,
         identity: &[f32],
@@ -155,7 +155,7 @@ impl<'a, S: Storage<'a>> Generator for Bilinear<'a, S> {
         self.header.pose_dim as usize
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         let parts = self.parts(block)?;
         let mut value = parts.pose_offset(at.weights.pose);
@@ -166,7 +166,7 @@ impl<'a, S: Storage<'a>> Generator for Bilinear<'a, S> {
     }
 
     /// One pass over the coefficients: the derivative by `x_i` is `t_i`, the one by `y_j` is `b_j + sum_i x_i m_ij`, i ascending.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         let parts = self.parts(block)?;
         let (by_identity, by_pose) = jacobian.split_at_mut_checked(self.identity_dim())?;

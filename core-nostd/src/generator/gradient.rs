@@ -14,7 +14,7 @@ pub(crate) const fn by_jacobian_req(dim: usize) -> Requirement {
 }
 
 /// Block by block through the columns of the Jacobian: what a generator without a shorter way does.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn by_jacobian<G: Generator + ?Sized>(
     generator: &G,
     at: At<'_>,

@@ -90,7 +90,7 @@ impl<'a, S: Storage<'a>> Linear<'a, S> {
         Some(L::total::<TermOf<'a, S>>(sum))
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised<const N: usize, L: Lanes<N>>(
         &self,
         lanes: L,
@@ -119,12 +119,12 @@ impl<'a, S: Storage<'a>> Generator for Linear<'a, S> {
         0
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         Some(Block { axes: self.summed(Whole, block, at.weights.identity, &[])? })
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         Some(Block { axes: self.linearised(Whole, block, at.weights.identity, jacobian)? })
     }

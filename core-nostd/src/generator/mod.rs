@@ -115,7 +115,7 @@ pub trait Generator {
     ///
     /// `state` holds at least [`Generator::state_req`] numbers; with `derivatives` what the derivatives need too.
     /// Errors: `DimensionMismatch`, `NotFinite` (weights), `WorkspaceTooSmall`; `state` is untouched then. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn begin<'a>(&self, weights: Weights<'a>, derivatives: bool, state: &'a mut [f32]) -> Result<At<'a>, Error> {
         weights.check(self.identity_dim(), self.pose_dim())?;
         let requirement = self.state_req(derivatives);
@@ -147,7 +147,7 @@ pub trait Generator {
     /// work.
     /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`; `WorkspaceTooSmall` for models with a state, which want [`Generator::begin`]
     /// and [`Generator::evaluate_at`]. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn evaluate(&self, weights: Weights<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         let at = self.begin(weights, false, &mut [])?;
         self.evaluate_at(at, vertices, out)
@@ -156,7 +156,7 @@ pub trait Generator {
     /// [`Generator::evaluate`] behind [`Generator::begin`].
     ///
     /// Errors: `DimensionMismatch`, `IndexOutOfRange`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn evaluate_at(&self, at: At<'_>, vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         self.evaluate_batch_at(&[at], vertices, out)
     }
@@ -165,7 +165,7 @@ pub trait Generator {
     ///
     /// `out` holds the positions of the first, then of the second, ..: `ats.len() * 3 * vertices.len()` numbers. The bits are those of single evaluations.
     /// Errors: as [`Generator::evaluate_at`]. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn evaluate_batch_at(&self, ats: &[At<'_>], vertices: Range<usize>, out: &mut [f32]) -> Result<(), Error> {
         for at in ats {
             self.state_req(at.derivatives).check(at.state.len())?;
@@ -211,7 +211,7 @@ pub trait Generator {
     /// vertex hold what the file's padding gives, zero in a file of ours.
     /// Cost: one pass over the coefficients of the range. Any split into ranges gives the same bits.
     /// Errors: as [`Generator::evaluate`]. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearise(
         &self,
         weights: Weights<'_>,
@@ -226,7 +226,7 @@ pub trait Generator {
     /// [`Generator::linearise`] behind [`Generator::begin`] with derivatives.
     ///
     /// Errors: `DimensionMismatch`, `IndexOutOfRange`, `WorkspaceTooSmall` when `at` was begun without derivatives. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearise_at(
         &self,
         at: At<'_>,
@@ -272,7 +272,7 @@ pub trait Generator {
     /// A body blended as matrices without corrections sums forces and torques of the joints likewise and carries them to the root.
     /// Cost: one linearisation; for such a body less than two evaluations.
     /// Errors: `DimensionMismatch`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn gradient_at(
         &self,
         at: At<'_>,

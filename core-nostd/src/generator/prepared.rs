@@ -50,7 +50,7 @@ impl<'w> Prepared<'w> {
     ///
     /// Cost: one pass over the coefficients of the range.
     /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub fn new<'a, S: Storage<'a>>(
         generator: &Bilinear<'a, S>,
         fixed: Mode,
@@ -84,7 +84,7 @@ impl<'w> Prepared<'w> {
     /// The form whose memory [`Prepared::new`] has filled before, for the same blocks at once or for consecutive ranges of them.
     ///
     /// Errors: `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub fn of_numbers<'a, S: Storage<'a>>(
         generator: &Bilinear<'a, S>,
         fixed: Mode,
@@ -150,7 +150,7 @@ impl Generator for Prepared<'_> {
         if self.free == Mode::Pose { self.dim } else { 0 }
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         let (offset, columns) = self.parts(block)?;
         let mut value = Block::load(offset);
@@ -160,7 +160,7 @@ impl Generator for Prepared<'_> {
         Some(value)
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         let (_, columns) = self.parts(block)?;
         for (to, column) in jacobian.get_mut(..self.dim)?.iter_mut().zip(columns) {

@@ -150,7 +150,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     }
 
     /// The vertices of the rest shape `rest`, posed.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn posed<const N: usize, L: Lanes<N>>(
         &self,
         lanes: L,
@@ -164,14 +164,14 @@ impl<'a, R: Rest> Skinned<'a, R> {
         }
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn value<const N: usize, L: Lanes<N>>(&self, lanes: L, at: At<'_>, block: usize) -> Option<Axes<N>> {
         let state = self.state(at);
         let rest = self.rest.shape(lanes, block, at.weights.identity, state.corrections)?;
         Some(self.posed(lanes, self.influences.block(block + self.first_block)?, &state, &rest))
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised<const N: usize, L: Lanes<N>>(
         &self,
         lanes: L,
@@ -207,7 +207,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     }
 
     /// Adds the turns of the joints, for blended matrices.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn turn_linear<const N: usize, L: Lanes<N>>(
         &self,
         lanes: L,
@@ -235,7 +235,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     }
 
     /// Adds the turns of the joints, for blended dual quaternions; `shapes` are the rest shape and the posed one.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn turn_dual<const N: usize, L: Lanes<N>>(
         &self,
         lanes: L,
@@ -273,7 +273,7 @@ impl<'a, R: Rest> Skinned<'a, R> {
     }
 
     /// Adds what the joints do when they follow the identity.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn shift<const N: usize, L: Lanes<N>>(
         &self,
         lanes: L,
@@ -396,12 +396,12 @@ impl<R: Rest> Generator for Skinned<'_, R> {
         self.skeleton.pose(weights.identity, weights.pose, self.joints, derivatives, &mut posed);
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         Some(Block { axes: self.value(Whole, at, block)? })
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn linearised_block_unchecked(&self, at: At<'_>, block: usize, jacobian: &mut [[f32; NUMBERS]]) -> Option<Block> {
         Some(Block { axes: self.linearised(Whole, at, block, jacobian)? })
     }
@@ -418,7 +418,7 @@ impl<R: Rest> Generator for Skinned<'_, R> {
         if self.has_wrenches() { self.wrench_req() } else { gradient::by_jacobian_req(self.dim()) }
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn gradient_at(
         &self,
         at: At<'_>,

@@ -22,7 +22,7 @@ impl<R: Rest> Skinned<'_, R> {
     }
 
     /// The gradient, for matrices without corrective terms.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(super) fn by_wrenches(
         &self,
         at: At<'_>,

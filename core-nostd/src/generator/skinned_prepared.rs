@@ -32,7 +32,7 @@ impl<'a, S: Storage<'a>> Skinned<'a, Linear<'a, S>> {
     /// The bits are those of the whole model, but for corrective terms, which are summed apart from the components.
     /// Cost: one pass over the components of the range.
     /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub fn with_identity<'w>(
         &self,
         identity: &[f32],
@@ -91,7 +91,7 @@ impl<'a, S: Storage<'a>> Skinned<'a, Linear<'a, S>> {
     ///
     /// Cost: one linearisation of the range.
     /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub fn with_pose<'w>(
         &self,
         pose: &[f32],

@@ -10,7 +10,7 @@ use crate::generator::lanes::{Axes, Lanes};
 pub(crate) type Dual<const N: usize> = [[f32; N]; 8];
 
 /// The rotation of the strongest joint of each vertex.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 fn pivots<const N: usize, L: Lanes<N>>(lanes: L, holds: Holds<'_>, motions: &[[f32; 8]]) -> [[f32; N]; 4] {
     let mut strongest = [-1.0f32; N];
     let mut pivot = [[0.0; N]; 4];
@@ -30,7 +30,7 @@ fn pivots<const N: usize, L: Lanes<N>>(lanes: L, holds: Holds<'_>, motions: &[[f
 }
 
 /// Calls `visit` with each joint and its signed weights; signs as said above, the scalar product summed w, x, y, z.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn signed_weights<const N: usize, L: Lanes<N>>(
     lanes: L,
     holds: Holds<'_>,
@@ -53,7 +53,7 @@ pub(crate) fn signed_weights<const N: usize, L: Lanes<N>>(
 }
 
 /// The blended dual quaternion of each vertex, summed over the joints in ascending order, from zero.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn blended<const N: usize, L: Lanes<N>>(lanes: L, holds: Holds<'_>, motions: &[[f32; 8]]) -> Dual<N> {
     let mut sum = [[0.0; N]; 8];
     signed_weights(lanes, holds, motions, |_, motion, weights| {
@@ -135,7 +135,7 @@ impl<const N: usize> Screws<N> {
     /// With `q = 2 (w dw - u.du)` and `n = 2 (w dw + u.du)` it is the sum, from the left, of
     /// `(q v + (2 du.v) u) + (2 u.v) du`, `((2 dw) (u x v) + (2 w) (du x v)) + (2 dw) e`, `((2 w) de + (-2 dd) u) + (-2 d) du` and
     /// `(2 (du x e) + 2 (u x de)) + (-n) x`, times `1 / |r|^2`.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn by_blend(
         &self,
         [v, x]: [&Axes<N>; 2],

@@ -19,7 +19,7 @@ pub(crate) fn moved<const N: usize>(motion: &[f32; 12], rest: &Axes<N>) -> Axes<
 }
 
 /// The posed vertices.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn blended<const N: usize, L: Lanes<N>>(
     lanes: L,
     holds: Holds<'_>,
@@ -41,7 +41,7 @@ pub(crate) fn blended<const N: usize, L: Lanes<N>>(
 }
 
 /// `B = sum_j omega_j R_j`, nine numbers for each vertex by rows, over the joints in ascending order, from zero.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn blended_rotations<const N: usize, L: Lanes<N>>(
     lanes: L,
     holds: Holds<'_>,

@@ -92,7 +92,7 @@ pub const fn minimised_req(dim: usize) -> Requirement {
 /// Determinism: all sums in index order. Errors: `DimensionMismatch`, `WorkspaceTooSmall`, `BadOption` (3) for limits that are no numbers, a damping that is not above zero; `BadOption` (0) when a lower bound exceeds its upper
 /// one or is NaN, `NotFinite` when the energy at the start is not finite, and whatever the problem returns at the start; `x` is then the clipped start.
 /// Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub fn minimised_in_place<R: Real>(
     problem: &mut impl LeastSquares<R>,
     x: &mut [R],

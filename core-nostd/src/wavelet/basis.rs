@@ -179,7 +179,7 @@ impl<'w, R: Real> Basis<'w, R> {
     ///
     /// Cost: for each of the about `2 size` lines, a synthesis of `2 size` samples; workspace [`basis_req`], borrowed as long as the result lives.
     /// Errors: `WorkspaceTooSmall`. Panics: never.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub fn new(axis: Axis, wavelet: Wavelet, workspace: &'w mut [R]) -> Result<Self, Error> {
         basis_req(&axis, wavelet).check(workspace.len())?;
         let mut workspace = Workspace::new(workspace);
@@ -219,7 +219,7 @@ impl<'w, R: Real> Basis<'w, R> {
 /// `None` for a coefficient that the grid has not, or lines of another grid.
 ///
 /// Accuracy: the product of rounded lines, not the bits of a synthesis.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub fn coefficient_lines<'w, R: Real>(
     grid: &Grid,
     columns: &Basis<'w, R>,
@@ -235,7 +235,7 @@ pub fn coefficient_lines<'w, R: Real>(
 }
 
 /// A line at all samples of the finest level.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 fn synthesised<'s, R: Real>(
     axis: &Axis,
     wavelet: Wavelet,

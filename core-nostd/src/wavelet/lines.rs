@@ -37,7 +37,7 @@ impl<'w, R> Lines<'w, R> {
 }
 
 /// The first two lifts of at most [`MAX_LINES`] lines, and the third at their ends, as far as the range `out` of the span needs them.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 pub(crate) fn lift_twice<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &mut [R]) -> Option<()> {
     // Lifts run over all lines as if they were one; the ends, which they spoil, are kept apart.
@@ -87,14 +87,14 @@ fn places(span: &Span, len: usize) -> impl Iterator<Item = [Option<[usize; 2]>; 
 }
 
 /// All three lifts.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn lift<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &mut [R]) -> Option<()> {
     lift_twice::<S, R>(span, v, e)?;
     lift_again::<S, R>(span, v, e)
 }
 
 /// The third lift after [`lift_twice`].
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn lift_again<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &[R]) -> Option<()> {
     let slots = slots(span);
     let (from, to) = (1 + usize::from(span.starts()), slots.checked_sub(usize::from(span.ends()))?);
@@ -143,7 +143,7 @@ pub(crate) fn copy<R: Real>(from: &[R], to: &mut [R]) {
 }
 
 /// Fills the slots of a line with the coarse samples and the details that its span asks for.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn load<R: Real>(span: &Span, coarse: &[R], v: &mut [R], detail: &[R], e: &mut [R]) -> Option<()> {
     clear_spare(v, e)?;
     copy(coarse, v.get_mut(1..)?);
@@ -161,7 +161,7 @@ fn clear_spare<R: Real>(v: &mut [R], e: &mut [R]) -> Option<()> {
 }
 
 /// Fills the slots of a line with the samples that its span asks for, coarse ones and details in turn.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub(crate) fn split<R: Real>(span: &Span, samples: &[R], v: &mut [R], e: &mut [R]) -> Option<()> {
     clear_spare(v, e)?;
     let samples = if span.starts() {
@@ -192,7 +192,7 @@ pub(crate) const fn split_range(span: &Span) -> [usize; 2] {
 }
 
 /// The range `out` of a span from the slots of a line after [`lift_twice`]: the third lift of the coarse samples, and the details, in turn.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 pub(crate) fn merge<S: Lifting, R: Real>(span: &Span, v: &[R], e: &[R], out: &mut [R]) -> Option<()> {
     let (first, last) = (*v.get(1)?, *v.last()?);

@@ -91,7 +91,7 @@ impl Step {
     }
 
     /// Row `j` of details to line `line`; `first` is the first coefficient of the level.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     #[cfg_attr(not(feature = "inline-kernels"), inline(never))]
     fn load_details<const N: usize, R: Real>(
         &self,
@@ -185,7 +185,7 @@ impl Step {
     }
 
     /// The next coarser level and the coefficients of a whole level from its samples.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn analysis<S: Lifting, R: Real>(
         &self,
         samples: &[R],

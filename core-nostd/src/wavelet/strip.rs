@@ -41,7 +41,7 @@ impl<'w, R: Real> Strip<'w, R> {
     }
 
     /// Lifts along y the lines of the strip for which all is there, when coarse rows `j..j + count` have come in.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn lift<S: Lifting>(&mut self, slots: usize, rows: &Span, j: usize, count: usize) -> Option<Ready> {
         let begins = j == rows.coarse.from;
         let stops = j + count > rows.last;
@@ -55,7 +55,7 @@ impl<'w, R: Real> Strip<'w, R> {
     }
 
     /// Puts aside the last lifted row of details, before lifts along x spoil it for the next rows.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn keep(&mut self, slots: usize, count: usize) -> Option<()> {
         copy(lines_of(self.odd.v, slots, count, 1)?, self.kept.v);
         copy(lines_of(self.odd.e, slots, count, 1)?, self.kept.e);
@@ -63,7 +63,7 @@ impl<'w, R: Real> Strip<'w, R> {
     }
 
     /// Makes room for the next rows after `count`.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn advance(&mut self, slots: usize, count: usize) -> Option<()> {
         for half in [&mut *self.even.v, &mut *self.even.e] {
             move_line(half, slots, count, 0)?;
@@ -102,7 +102,7 @@ fn move_line<R: Real>(half: &mut [R], slots: usize, from: usize, to: usize) -> O
 }
 
 /// The lifts along y of one half of the columns.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 fn lift_half<S: Lifting, R: Real>(
     slots: usize,

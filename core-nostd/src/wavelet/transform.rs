@@ -34,7 +34,7 @@ pub const fn synthesis_req(grid: &Grid, level: usize) -> Requirement {
 /// Accuracy: a surface of magnitude 100 whose coefficients are exact comes out in `f32` within 5e-5 (test `single_precision`).
 /// Determinism: see [`lifting`](super::lifting).
 /// Errors: `IndexOutOfRange` for the level, `DimensionMismatch`, `WorkspaceTooSmall`. Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub fn synthesis<R: Real>(
     grid: &Grid,
     wavelet: Wavelet,
@@ -74,7 +74,7 @@ pub const fn analysis_req(grid: &Grid) -> Requirement {
 /// `reconstruction` and `single_precision`).
 /// Determinism: see [`lifting`](super::lifting).
 /// Errors: `DimensionMismatch`, `WorkspaceTooSmall`. Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub fn analysis<R: Real>(
     grid: &Grid,
     wavelet: Wavelet,
@@ -97,7 +97,7 @@ pub fn analysis<R: Real>(
 }
 
 /// One component. The coarse samples of a level are as many as the coefficients of all coarser levels, and go to their place.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 fn plane<S: Lifting, R: Real>(
     grid: &Grid,
     samples: &[R],

@@ -131,7 +131,7 @@ const fn clamped(count: usize) -> u32 {
 /// Workspace [`window_req`], one component after the other.
 /// Determinism: see [`lifting`](super::lifting).
 /// Errors: `IndexOutOfRange` for the level or a range, `DimensionMismatch`, `WorkspaceTooSmall`. Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[allow(clippy::too_many_arguments)]
 pub fn window<R: Real>(
     grid: &Grid,
@@ -186,7 +186,7 @@ pub(crate) const fn longest_row(grid: &Grid, level: usize, mut rectangle: Rectan
 }
 
 /// `N` components side by side. `base` holds what the rectangle needs of level 0.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[allow(clippy::too_many_arguments)]
 pub(crate) fn planes<const N: usize, R: Real>(
     wavelet: Wavelet,

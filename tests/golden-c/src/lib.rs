@@ -7,7 +7,7 @@
 mod panic;
 mod report;
 
-use habitus_golden::{CASE_BYTES, Memory, Plain, REQUIREMENT, Summary, VECTORS};
+use habitus_golden::{CASE_BYTES, Memory, REQUIREMENT, Summary, VECTORS};
 use report::{Line, report};
 
 /// Runs every vector. Each failing case is reported in a line; the sums go to `golden_figure`.
@@ -16,7 +16,7 @@ use report::{Line, report};
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_run() -> u32 {
     let summary = with_memory(|memory| {
-        habitus_golden::run(&VECTORS, &Plain, memory, &mut |result| {
+        habitus_golden::run(&VECTORS, memory, &mut |result| {
             if !result.is_equal() {
                 report(&Line::of_case(result));
             }
@@ -40,7 +40,7 @@ pub extern "C" fn golden_run() -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn golden_control() -> u32 {
     let (tried, noticed) = with_memory(|memory| {
-        habitus_golden::noticed(&VECTORS, &Plain, memory, &mut [0; CASE_BYTES], &mut |file, case| {
+        habitus_golden::noticed(&VECTORS, memory, &mut [0; CASE_BYTES], &mut |file, case| {
             let parts = ["a changed bit was not noticed: ", file, ": ", case.kernel, " ", case.name];
             report(&Line::of_text(&parts));
         })

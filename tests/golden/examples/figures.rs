@@ -2,23 +2,22 @@
 //!
 //! Prints each failing case, then the figures as lines `@name value`.
 
-use habitus_golden::{CASE_BYTES, Memory, Plain, REQUIREMENT, VECTORS, noticed, run};
+use habitus_golden::{CASE_BYTES, Memory, REQUIREMENT, VECTORS, noticed, run};
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    let backend = &Plain;
     let memory = &mut Memory {
         floats: &mut vec![0.0; REQUIREMENT.floats],
         doubles: &mut vec![0.0; REQUIREMENT.doubles],
         bytes: &mut vec![0; REQUIREMENT.bytes],
         indices: &mut vec![0; REQUIREMENT.indices],
     };
-    let sums = run(&VECTORS, backend, memory, &mut |result| {
+    let sums = run(&VECTORS, memory, &mut |result| {
         if !result.is_equal() {
             println!("{result:?}");
         }
     });
-    let (changed, noticed) = noticed(&VECTORS, backend, memory, &mut vec![0; CASE_BYTES], &mut |file, case| {
+    let (changed, noticed) = noticed(&VECTORS, memory, &mut vec![0; CASE_BYTES], &mut |file, case| {
         println!("a changed bit was not noticed: {file}: {} {}", case.kernel, case.name);
     });
     for (name, value) in [

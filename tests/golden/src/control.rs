@@ -1,7 +1,7 @@
 //! Negative control on the target: a runner that overlooks a changed bit proves nothing.
 
 use crate::Vectors;
-use crate::backend::Backend;
+use crate::backend::Plain;
 use crate::kernels::case_result;
 use crate::memory::Memory;
 use crate::text::{Case, Cases};
@@ -12,9 +12,8 @@ const DIGITS: &[u8; 16] = b"0123456789abcdef";
 
 /// Runs each case with the lowest bit of its last digit changed, in a copy in `copy`. Returns the cases tried and those in which the runner
 /// noticed; hands file and case of the others to `overlooked`. Panics: never.
-pub fn noticed<B: Backend>(
+pub fn noticed(
     vectors: &Vectors<'_>,
-    backend: &B,
     memory: &mut Memory<'_>,
     copy: &mut [u8],
     overlooked: &mut dyn FnMut(&str, &Case<'_>),
@@ -24,7 +23,7 @@ pub fn noticed<B: Backend>(
         for case in Cases::new(text) {
             tried += 1;
             let changed = changed(case.fields(), copy);
-            let result = changed.map(|body| case_result(file, case.with_fields(body), vectors.models, backend, memory));
+            let result = changed.map(|body| case_result(file, case.with_fields(body), vectors.models, &Plain, memory));
             if result.is_some_and(|result| !result.is_equal()) {
                 noticed += 1;
             } else {

@@ -24,7 +24,8 @@ mod result;
 mod samples;
 mod text;
 
-pub use backend::{Backend, Kernel, Plain};
+pub use backend::Backend;
+use backend::Plain;
 pub use control::{CASE_BYTES, noticed};
 pub use memory::{Memory, Requirement};
 pub use result::{CaseResult, Difference, Problem, Summary};
@@ -55,12 +56,17 @@ pub const VECTORS: Vectors<'static> = Vectors {
 /// Scratch that [`run`] needs.
 pub const REQUIREMENT: Requirement = Requirement { floats: 16 * 1024, doubles: 256, bytes: 12 * 1024, indices: 256 };
 
-/// Runs every case of `vectors` through the core by way of `backend`, hands each result to `report`, and returns the sums.
+/// Runs every case of `vectors` through the core, hands each result to `report`, and returns the sums.
 ///
 /// `memory` holds at least [`REQUIREMENT`]; a case that does not find enough is reported as [`Problem::Memory`]. Panics: never.
-pub fn run<B: Backend>(
-    vectors: &Vectors<'_>,
+pub fn run(vectors: &Vectors<'_>, memory: &mut Memory<'_>, report: &mut dyn FnMut(&CaseResult<'_>)) -> Summary {
+    run_with(&Plain, vectors, memory, report)
+}
+
+/// The same by way of `backend`.
+pub fn run_with<B: Backend>(
     backend: &B,
+    vectors: &Vectors<'_>,
     memory: &mut Memory<'_>,
     report: &mut dyn FnMut(&CaseResult<'_>),
 ) -> Summary {

@@ -1,6 +1,6 @@
 //! The core gives the bits of the golden vectors, called directly; with wider vectors: tests/tests/dispatched.rs.
 
-use habitus_golden::{Backend, CaseResult, Memory, Plain, REQUIREMENT, Summary, VECTORS, Vectors, run};
+use habitus_golden::{CaseResult, Memory, REQUIREMENT, Summary, VECTORS, Vectors, run};
 
 fn with_memory<T>(work: impl FnOnce(&mut Memory<'_>) -> T) -> T {
     work(&mut Memory {
@@ -11,25 +11,21 @@ fn with_memory<T>(work: impl FnOnce(&mut Memory<'_>) -> T) -> T {
     })
 }
 
-fn summary_of(vectors: &Vectors<'_>, backend: &impl Backend, report: &mut dyn FnMut(&CaseResult<'_>)) -> Summary {
-    with_memory(|memory| run(vectors, backend, memory, report))
+fn summary_of(vectors: &Vectors<'_>, report: &mut dyn FnMut(&CaseResult<'_>)) -> Summary {
+    with_memory(|memory| run(vectors, memory, report))
 }
 
 /// All vectors, no difference, and as many as there should be: a runner that finds no vectors is no proof.
-fn assert_equal_bits(name: &str, backend: &impl Backend) {
-    let summary = summary_of(&VECTORS, backend, &mut |result| {
+#[test]
+fn equal_bits() {
+    let summary = summary_of(&VECTORS, &mut |result| {
         if !result.is_equal() {
-            eprintln!("{name}: {result:?}");
+            eprintln!("{result:?}");
         }
     });
-    println!("{name}: {summary:?}");
-    assert_eq!((summary.failed, summary.differing_bits), (0, 0), "{name}");
-    assert!(summary.cases >= 630 && summary.numbers >= 51_000, "{name}: {summary:?}");
-}
-
-#[test]
-fn plain_calls() {
-    assert_equal_bits("plain", &Plain);
+    println!("{summary:?}");
+    assert_eq!((summary.failed, summary.differing_bits), (0, 0));
+    assert!(summary.cases >= 630 && summary.numbers >= 51_000, "{summary:?}");
 }
 
 /// Negative control: the last bit of the last number of a case, changed in the vectors, is one differing bit or a refusal of the case.
@@ -46,7 +42,7 @@ fn one_changed_bit_is_reported() {
             changed.replace_range(at..=at, &format!("{:x}", digit ^ 1));
             let mut vectors = Vectors { files: [("", ""); 6], ..VECTORS };
             vectors.files[position] = (file, &changed[start..end]);
-            let summary = summary_of(&vectors, &Plain, &mut |_| ());
+            let summary = summary_of(&vectors, &mut |_| ());
             assert_eq!((summary.cases, summary.failed), (1, 1), "{file}: {}", &text[start..start + 60]);
             tried += 1;
         }
@@ -58,8 +54,8 @@ fn one_changed_bit_is_reported() {
 fn a_damaged_model_and_missing_memory_are_reported() {
     let models = VECTORS.models.replace("case model linear_17\n", "case model linear_17_gone\n");
     let vectors = Vectors { models: &models, ..VECTORS };
-    assert!(summary_of(&vectors, &Plain, &mut |_| ()).failed > 5);
+    assert!(summary_of(&vectors, &mut |_| ()).failed > 5);
     let mut none = Memory { floats: &mut [], doubles: &mut [], bytes: &mut [], indices: &mut [] };
-    let summary = run(&VECTORS, &Plain, &mut none, &mut |_| ());
+    let summary = run(&VECTORS, &mut none, &mut |_| ());
     assert!(summary.failed > summary.cases / 2, "{summary:?}");
 }

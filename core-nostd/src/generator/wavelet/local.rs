@@ -58,7 +58,7 @@ impl<'a, S: Storage<'a>> Stored<'a, S> {
     }
 
     /// The mean of one coefficient; its terms `m_ij`, j fastest, go to `core`, as many as it holds.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn one(&self, coefficient: usize, core: &mut [[f32; 3]]) -> Option<[f32; 3]> {
         let (block, lane) = (coefficient / LANES, coefficient % LANES);
         let (identity, pose) = (self.identity_dim as usize, self.pose_dim as usize);
@@ -70,7 +70,7 @@ impl<'a, S: Storage<'a>> Stored<'a, S> {
     }
 
     /// What is left of a block when one mode is fixed: the mean, and one column per free weight. `weight(k)` are the weights `k` of the fixed mode.
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     pub(crate) fn with_fixed(
         &self,
         fixed: Mode,
@@ -120,7 +120,7 @@ impl<'a, S: Storage<'a>> sealed::Kernels for Stored<'a, S> {
         Some(self.parts(block)?.0)
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block(&self, block: usize, identity: &[LaneWeights], pose: &[LaneWeights]) -> Option<Block> {
         let (mut value, terms) = self.parts(block)?;
         for (terms, x) in terms.groups(self.pose_dim as usize).zip(identity) {
@@ -199,7 +199,7 @@ impl<L: Locals> sealed::Kernels for Fixed<'_, L> {
         self.source.mean(block)
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block(&self, block: usize, identity: &[LaneWeights], pose: &[LaneWeights]) -> Option<Block> {
         let Some((mean, columns)) = self.parts(block) else { return self.source.mean(block) };
         let mut value = Block::load(mean);

@@ -347,7 +347,7 @@ impl<L: Locals> Generator for Multiscale<L> {
         let _ = self.synthesise(weights, positions, scratch);
     }
 
-    #[cfg_attr(feature = "inline-kernels", inline(always))]
+    #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn block_unchecked(&self, at: At<'_>, block: usize) -> Option<Block> {
         let from = block.checked_mul(LANES)?;
         let count = LANES.min(self.n_vertices.checked_sub(from)?);

@@ -33,7 +33,7 @@ pub fn with_fixed_req<'a, S: Storage<'a>>(generator: &Multiscale<Stored<'a, S>>,
 /// the state that [`Generator::begin`] asks for; see [`Fixed`] for its bits.
 /// Cost: one pass over the coefficients that have weights.
 /// Errors: `DimensionMismatch`, `NotFinite`, `IndexOutOfRange`, `WorkspaceTooSmall`. Panics: never.
-#[cfg_attr(feature = "inline-kernels", inline(always))]
+#[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 pub fn with_fixed<'w, 'a: 'w, S: Storage<'a>>(
     generator: &Multiscale<Stored<'a, S>>,
     fixed: Mode,

@@ -3,7 +3,7 @@
 #![no_main]
 
 use habitus_firmware::{board, console, entry};
-use habitus_golden::{CASE_BYTES, Memory, Plain, REQUIREMENT, VECTORS, noticed, run as run_vectors};
+use habitus_golden::{CASE_BYTES, Memory, REQUIREMENT, VECTORS, noticed, run as run_vectors};
 
 entry!(run);
 
@@ -16,7 +16,7 @@ fn run() {
     };
     // Clearing all of the RAM for every case would take longer than the cases.
     memory.floats = memory.floats.split_at_mut_checked(REQUIREMENT.floats).unwrap_or_default().0;
-    let summary = run_vectors(&VECTORS, &Plain, &mut memory, &mut |result| {
+    let summary = run_vectors(&VECTORS, &mut memory, &mut |result| {
         if !result.is_equal() {
             console::text(result.file);
             console::text(": ");
@@ -25,7 +25,7 @@ fn run() {
             console::line(result.name);
         }
     });
-    let (changed, noticed) = noticed(&VECTORS, &Plain, &mut memory, &mut [0; CASE_BYTES], &mut |file, case| {
+    let (changed, noticed) = noticed(&VECTORS, &mut memory, &mut [0; CASE_BYTES], &mut |file, case| {
         console::text("a changed bit was not noticed: ");
         console::text(file);
         console::text(": ");

@@ -1,5 +1,6 @@
 //! Normal equations, priors, fits.
 
+use habitus_core::fit as core;
 use habitus_core::fit::{FitOptions, FitReport, Frame, fit_points_req, normal_equations_req};
 use habitus_core::format::{Mode, Model};
 use habitus_core::generator::{Generator, Weights};
@@ -32,7 +33,7 @@ pub(super) fn normal_equations<B: Backend>(context: &mut Context<'_, '_, '_, B>)
 }
 
 pub(super) fn prior<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, models, case, pieces, tally } = context;
+    let Context { models, case, pieces, tally, .. } = context;
     let model = Model::open(pieces.model(case, models)?)?;
     let mode = if case.word("mode") == Some("identity") { Mode::Identity } else { Mode::Pose };
     let prior = prior_of(case, "prior", &model, mode)?;
@@ -41,10 +42,8 @@ pub(super) fn prior<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<
     let (jtj, jtr) = (pieces.numbers(case, "jtj_before")?, pieces.numbers(case, "jtr_before")?);
     let (lower, upper) = (pieces.zeros(weights.len())?, pieces.zeros(weights.len())?);
     let first = integer(case, "first")? as usize;
-    let energy = backend.within(|| {
-        prior.write_bounds(lower, upper);
-        prior.add_to(weights, jtj, jtr, jtr.len(), first)
-    });
+    prior.write_bounds(lower, upper);
+    let energy = prior.add_to(weights, jtj, jtr, jtr.len(), first);
     tally.compare("energy", &[energy])?;
     tally.compare::<f32>("jtj", jtj)?;
     tally.compare::<f32>("jtr", jtr)?;
@@ -70,7 +69,7 @@ pub(super) fn fit_points<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Re
 const MOST_LANDMARKS: usize = 16;
 
 pub(super) fn fit_landmarks<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, models, case, pieces, tally } = context;
+    let Context { models, case, pieces, tally, .. } = context;
     let (model, generator) = super::wavelet::generator(pieces, case, models)?;
     let options = options(case, &model)?;
     let mut targets = [None; MOST_LANDMARKS];
@@ -85,7 +84,7 @@ pub(super) fn fit_landmarks<B: Backend>(context: &mut Context<'_, '_, '_, B>) ->
     let req = fit_points_req(generator.identity_dim(), generator.pose_dim(), options.frame);
     let req = req.and(generator.state_req(true));
     let workspace = pieces.zeros(req.numbers())?;
-    let report = backend.fit_landmarks(&model, &generator, targets, &options, identity, pose, &mut place, workspace)?;
+    let report = core::fit_landmarks(&model, &generator, targets, &options, identity, pose, &mut place, workspace)?;
     compare_fit(tally, identity, pose, &place, &report)
 }
 

@@ -9,7 +9,7 @@ use crate::memory::{Number, integer};
 use crate::result::Problem;
 
 pub(super) fn minimised<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let x = pieces.numbers::<R>(case, "start")?;
     let lower: &[R] = pieces.numbers(case, "lower")?;
     let upper: &[R] = pieces.numbers(case, "upper")?;
@@ -23,7 +23,7 @@ pub(super) fn minimised<B: Backend, R: Number>(context: &mut Context<'_, '_, '_,
     };
     let workspace = pieces.zeros(minimised_req(x.len(), history as usize).numbers())?;
     let mut chain = Chain { dim: x.len() };
-    let outcome = backend.within(|| minimised_in_place(&mut chain, x, lower, upper, &limits, workspace))?;
+    let outcome = minimised_in_place(&mut chain, x, lower, upper, &limits, workspace)?;
     let status = match outcome.status {
         Status::Stationary => 0,
         Status::Converged => 1,

@@ -21,26 +21,26 @@ fn order_of(n: usize, pivoted: u32, order: &mut [u32; MOST_COLUMNS]) -> Result<&
 }
 
 pub(super) fn factors<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let n = integer(case, "n")? as usize;
     let a = pieces.numbers::<R>(case, "matrix")?;
     let b = pieces.numbers::<R>(case, "b")?;
     let tau = pieces.zeros::<R>(n)?;
     let mut order = [0; MOST_COLUMNS];
     let order = order_of(n, integer(case, "pivoted")?, &mut order)?;
-    backend.within(|| qr::factor_in_place(a, b.len(), n, tau, order))?;
+    qr::factor_in_place(a, b.len(), n, tau, order)?;
     tally.compare("factors", a)?;
     tally.compare("tau", tau)?;
     tally.compare_integers("order", order)?;
     let again = pieces.numbers::<R>(case, "b")?;
-    backend.within(|| qr::transpose_applied_in_place(a, tau, b))?;
+    qr::transpose_applied_in_place(a, tau, b)?;
     tally.compare("transposed", b)?;
-    backend.within(|| qr::applied_in_place(a, tau, again))?;
+    qr::applied_in_place(a, tau, again)?;
     tally.compare("applied", again)
 }
 
 pub(super) fn least_squares<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let n = integer(case, "n")? as usize;
     let a = pieces.numbers::<R>(case, "matrix")?;
     let b = pieces.numbers::<R>(case, "b")?;
@@ -49,7 +49,7 @@ pub(super) fn least_squares<B: Backend, R: Number>(context: &mut Context<'_, '_,
     let mut order = [0; MOST_COLUMNS];
     let order = order_of(n, integer(case, "pivoted")?, &mut order)?;
     let tolerance = number(case, "tolerance")?;
-    let found = backend.within(|| least_squares_in_place(a, b, x, order, tolerance, workspace))?;
+    let found = least_squares_in_place(a, b, x, order, tolerance, workspace)?;
     tally.compare("x", x)?;
     tally.compare_integers("rank", &[found.rank])?;
     tally.compare("residual", &[found.residual])?;
@@ -57,14 +57,14 @@ pub(super) fn least_squares<B: Backend, R: Number>(context: &mut Context<'_, '_,
 }
 
 pub(super) fn singular_values<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, tally, .. } = context;
+    let Context { case, tally, .. } = context;
     let [a, b, c, d, e, f, g, h, i]: [R; 9] = array(case, "matrix")?;
     let matrix = [[a, b, c], [d, e, f], [g, h, i]];
-    let found = backend.within(|| svd3(&matrix))?;
+    let found = svd3(&matrix)?;
     tally.compare("u", found.u.as_flattened())?;
     tally.compare("singular", &found.singular)?;
     tally.compare("v", found.v.as_flattened())?;
-    let found = backend.within(|| polar(&matrix))?;
+    let found = polar(&matrix)?;
     tally.compare("rotation", found.rotation.as_flattened())?;
     tally.compare("stretch", found.stretch.as_flattened())?;
     let nearest = match found.nearest {
@@ -76,12 +76,12 @@ pub(super) fn singular_values<B: Backend, R: Number>(context: &mut Context<'_, '
 }
 
 pub(super) fn triangles<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, tally, .. } = context;
+    let Context { case, tally, .. } = context;
     let [a, b, c, d, e, f, g, h, i]: [R; 9] = array(case, "corners")?;
     let [u, v, between]: [R; 3] = array(case, "lengths")?;
-    let from = backend.within(|| Metric::of_corners([[a, b, c], [d, e, f], [g, h, i]]));
-    let to = backend.within(|| Metric::of_lengths(u, v, between));
-    let jacobian = backend.within(|| from.jacobian_to(&to))?;
+    let from = Metric::of_corners([[a, b, c], [d, e, f], [g, h, i]]);
+    let to = Metric::of_lengths(u, v, between);
+    let jacobian = from.jacobian_to(&to)?;
     let numbers = |metric: Metric<R>| [metric.uu, metric.uv, metric.vv, metric.double_area];
     tally.compare("metrics", [numbers(from), numbers(to)].as_flattened())?;
     tally.compare("jacobian", jacobian.as_flattened())?;
@@ -93,18 +93,16 @@ pub(super) fn triangles<B: Backend, R: Number>(context: &mut Context<'_, '_, '_,
 }
 
 pub(super) fn samples<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let samples: &[[R; 4]] = pieces.numbers(case, "samples")?.as_chunks().0;
     let weights = pieces.zeros::<R>(samples.len())?;
     let spacing = number(case, "spacing")?;
-    let found = backend.within(|| {
-        let mut fit = TangentFit::new();
-        for (&[b_x, b_y, a_x, a_y], to) in samples.iter().zip(weights.iter_mut()) {
-            *to = weight([b_x, b_y], spacing);
-            fit.add([b_x, b_y], [a_x, a_y], *to);
-        }
-        fit.jacobian()
-    });
+    let mut fit = TangentFit::new();
+    for (&[b_x, b_y, a_x, a_y], to) in samples.iter().zip(weights.iter_mut()) {
+        *to = weight([b_x, b_y], spacing);
+        fit.add([b_x, b_y], [a_x, a_y], *to);
+    }
+    let found = fit.jacobian();
     tally.compare("weights", weights)?;
     match found {
         Ok(jacobian) => {

@@ -68,7 +68,7 @@ pub(crate) fn case_result<'t, B: Backend>(
         "wavelet_step_f64" => wavelet::step::<f64>(&context.case, &mut context.pieces, &mut context.tally),
         "wavelet_analysis_f32" => wavelet::coefficients::<f32>(&context.case, &mut context.pieces, &mut context.tally),
         "wavelet_analysis_f64" => wavelet::coefficients::<f64>(&context.case, &mut context.pieces, &mut context.tally),
-        "wavelet_synthesis_f32" => wavelet::surface(&mut context),
+        "wavelet_synthesis_f32" => wavelet::windows::<f32>(&context.case, &mut context.pieces, &mut context.tally),
         "wavelet_synthesis_f64" => wavelet::windows::<f64>(&context.case, &mut context.pieces, &mut context.tally),
         "wavelet_lines_f32" => wavelet::lines::<f32>(&context.case, &mut context.pieces, &mut context.tally),
         "wavelet_lines_f64" => wavelet::lines::<f64>(&context.case, &mut context.pieces, &mut context.tally),

@@ -1,6 +1,8 @@
 //! Cholesky, Jacobi, Procrustes, rotations, Levenberg-Marquardt, each in `f32` and `f64`.
 
 use habitus_core::Error;
+use habitus_core::linalg::cholesky::{factor_in_place, solve_in_place};
+use habitus_core::linalg::symmetric_eigen::diagonalise_in_place;
 use habitus_core::rotation::axis_angle::rotation_matrix;
 use habitus_core::solve::levenberg_marquardt::{LeastSquares, minimised_in_place, minimised_req};
 use habitus_core::solve::procrustes::Moments;
@@ -12,54 +14,52 @@ use crate::memory::{Number, array, integer, number};
 use crate::result::Problem;
 
 pub(super) fn cholesky<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let matrix = pieces.numbers::<R>(case, "matrix")?;
     let rhs = pieces.numbers::<R>(case, "rhs")?;
-    backend.cholesky_factor(matrix, integer(case, "n")? as usize)?;
+    factor_in_place(matrix, integer(case, "n")? as usize)?;
     tally.compare("factor", matrix)?;
-    backend.cholesky_solution(matrix, rhs)?;
+    solve_in_place(matrix, rhs)?;
     tally.compare("solution", rhs)
 }
 
 pub(super) fn eigenpairs<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let matrix = pieces.numbers::<R>(case, "matrix")?;
     let vectors = pieces.zeros::<R>(matrix.len())?;
-    backend.eigenpairs(matrix, vectors, integer(case, "n")? as usize)?;
+    diagonalise_in_place(matrix, vectors, integer(case, "n")? as usize)?;
     tally.compare("diagonal", matrix)?;
     tally.compare("vectors", vectors)
 }
 
 pub(super) fn procrustes<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let sources: &[[R; 3]] = pieces.numbers(case, "sources")?.as_chunks().0;
     let targets: &[[R; 3]] = pieces.numbers(case, "targets")?.as_chunks().0;
     let weights: &[R] = pieces.numbers(case, "weights")?;
     let with_scale = integer(case, "with_scale")? > 0;
-    let found = backend.within(|| {
-        let mut moments = Moments::new();
-        for ((&source, &target), &weight) in sources.iter().zip(targets).zip(weights) {
-            moments.add(source, target, weight);
-        }
-        moments.similarity(with_scale)
-    })?;
+    let mut moments = Moments::new();
+    for ((&source, &target), &weight) in sources.iter().zip(targets).zip(weights) {
+        moments.add(source, target, weight);
+    }
+    let found = moments.similarity(with_scale)?;
     tally.compare("placement", &numbers_of_placement(&found))
 }
 
 pub(super) fn rotation<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, tally, .. } = context;
+    let Context { case, tally, .. } = context;
     let vector: [R; 3] = array(case, "vector")?;
-    tally.compare("matrix", backend.within(|| rotation_matrix(vector)).as_flattened())
+    tally.compare("matrix", rotation_matrix(vector).as_flattened())
 }
 
 pub(super) fn moved<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, tally, .. } = context;
+    let Context { case, tally, .. } = context;
     let mut place = placement::<R>(case, "placement")?;
     let (rotation, translation) = (array(case, "rotation")?, array(case, "translation")?);
     let log_scale = number(case, "log_scale")?;
     let point: [R; 3] = array(case, "point")?;
     for _ in 0..integer(case, "times")? {
-        place = backend.within(|| place.moved(rotation, translation, log_scale));
+        place = place.moved(rotation, translation, log_scale);
     }
     tally.compare("moved", &numbers_of_placement(&place))?;
     tally.compare("applied", &place.applied(point))?;
@@ -68,17 +68,17 @@ pub(super) fn moved<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>)
 }
 
 pub(super) fn minimised<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
+    let Context { case, pieces, tally, .. } = context;
     let x = pieces.numbers::<R>(case, "start")?;
     let lower: &[R] = pieces.numbers(case, "lower")?;
     let upper: &[R] = pieces.numbers(case, "upper")?;
     let limits = limits(case)?;
     let workspace = pieces.zeros(minimised_req(x.len()).numbers())?;
     let outcome = match case.word("problem") {
-        Some("valley") => backend.within(|| minimised_in_place(&mut Valley, x, lower, upper, &limits, workspace)),
+        Some("valley") => minimised_in_place(&mut Valley, x, lower, upper, &limits, workspace),
         Some("decay") => {
             let mut decay = Decay { values: pieces.numbers(case, "values")? };
-            backend.within(|| minimised_in_place(&mut decay, x, lower, upper, &limits, workspace))
+            minimised_in_place(&mut decay, x, lower, upper, &limits, workspace)
         }
         _ => return Err(Problem::Text("problem")),
     }?;

@@ -1,5 +1,4 @@
-//! The wavelet transform and fits of wavelet models. One copy of each function, whatever the backend: what the core compiles for wider vectors is
-//! the synthesis alone.
+//! The wavelet transform and fits of wavelet models.
 
 use habitus_core::Error;
 use habitus_core::fit::{WaveletOptions, WaveletReport, fit_wavelet, fit_wavelet_req};
@@ -10,13 +9,11 @@ use habitus_core::quantise::Storage;
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::wavelet::basis::{Basis, basis_req, coefficient_lines};
 use habitus_core::wavelet::line::{analysis_step, step_req, synthesis_step};
-use habitus_core::wavelet::transform::{analysis, analysis_req, synthesis_req};
+use habitus_core::wavelet::transform::{analysis, analysis_req, synthesis, synthesis_req};
 use habitus_core::wavelet::window::window;
 use habitus_core::wavelet::{Grid, Wavelet};
 
-use super::Context;
 use super::fit::{frame, numbers_of_placement, placement};
-use crate::backend::Backend;
 use crate::memory::{Number, Pieces, integer, number};
 use crate::result::{Problem, Tally};
 use crate::samples::TextSamples;
@@ -100,7 +97,7 @@ pub(super) fn coefficients<R: Number>(
     tally.compare::<R>("coefficients", found)
 }
 
-/// Windows of a level; each has to have the bits of its part of the whole surface.
+/// Windows of a level, each of which has to have the bits of its part of the whole surface, and this.
 #[inline(never)]
 pub(super) fn windows<R: Number>(
     case: &Case<'_>,
@@ -126,7 +123,8 @@ pub(super) fn windows<R: Number>(
             tally.compare_part::<R>("out", first, out)?;
         }
     }
-    Ok(())
+    synthesis(&grid, wavelet, level, numbers, memory, workspace)?;
+    tally.compare::<R>("out", memory)
 }
 
 /// The two lines of some coefficients, where they are not zero.
@@ -148,18 +146,6 @@ pub(super) fn lines<R: Number>(case: &Case<'_>, pieces: &mut Pieces<'_>, tally: 
         }
     }
     Ok(())
-}
-
-/// The synthesis of a whole level as a backend calls it.
-pub(super) fn surface<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
-    let Context { backend, case, pieces, tally, .. } = context;
-    windows::<f32>(case, pieces, tally)?;
-    let (grid, wavelet, level) = (grid(case)?, wavelet(case)?, integer(case, "level")? as usize);
-    let coefficients: &[f32] = pieces.numbers(case, "coefficients")?;
-    let out = pieces.zeros(components(&grid, coefficients)? * grid.node_count(level))?;
-    let workspace = pieces.zeros(synthesis_req(&grid, level).numbers())?;
-    backend.wavelet_synthesis(&grid, wavelet, level, coefficients, out, workspace)?;
-    tally.compare("out", out)
 }
 
 /// What a fit changes.
