@@ -1,14 +1,18 @@
 //! Every row of evaluation (faces, bodies, wavelets, alignment) in one run: ours, the machine's limit, a plain loop over our layout, and the peers' way.
 //!
-//! `cargo run --release -p habitus-benches --bin evaluation -- [--json] [--rounds N] [--big] [--only WORD]`
+//! `cargo run --release -p habitus-benches --bin evaluation -- [--json] [--rounds N] [--big] [--only WORD] [--peers SCRIPTS]`
 //!
 //! The body is the developer's (`habitus_tests::models::body`): it wants the shared data. The peers are compiled when the measurement runs and want Eigen
 //! (`libeigen3-dev`). `--big` adds the bilinear model of 802 MB in its three storages; `--only` takes the groups faces, bodies, wavelets, alignment.
+//! `--peers` runs the packaged peers before and after our rows: SCRIPTS is the folder of bench_eval.py, and PEERS_DIR names the one that its set-up has
+//! filled.
 
 use std::error::Error;
+use std::path::Path;
 use std::process::Command;
 
 use habitus_benches::evaluation::inputs::Inputs;
+use habitus_benches::evaluation::packaged::Packaged;
 use habitus_benches::evaluation::{Bench, alignment, bodies, faces, report, wavelets};
 use habitus_benches::peer::{Peer, Program};
 use habitus_tests::data::dir_or_skip;
@@ -21,6 +25,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         |flag: &str| arguments.iter().position(|argument| argument == flag).and_then(|at| arguments.get(at + 1));
     let rounds = value("--rounds").map_or(Ok(10), |text| text.parse())?;
     let wanted = |group: &str| value("--only").is_none_or(|only| only == group);
+    let mut packaged = Packaged::default();
+    let mut packaged_run = || match value("--peers") {
+        Some(scripts) => {
+            let folder = std::env::var_os("PEERS_DIR").ok_or("set PEERS_DIR to the folder of the peers' set-up")?;
+            packaged.run(Path::new(scripts), Path::new(&folder))
+        }
+        None => Ok(()),
+    };
     let Some(data) = dir_or_skip("the rows of evaluation") else { return Ok(()) };
     let source = include_str!("../evaluation/peers.cpp");
     let program = Program::compiled("peers.cpp", source, &["-I/usr/include/eigen3"])
@@ -34,6 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut command = Command::new(program.path());
     command.arg(&path);
     let mut peer = Peer::started(command)?;
+    packaged_run()?;
     let mut bench = Bench { rounds, peer: &mut peer, rows: Vec::new() };
     if wanted("faces") {
         faces::small(&mut bench)?;
@@ -54,10 +67,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         alignment::rigid(&mut bench, &inputs)?;
     }
     let rows = bench.rows;
+    packaged_run()?;
     if has("--json") {
-        println!("{:#}", report::json(&rows, &program));
+        println!("{:#}", report::json(&rows, &program, &packaged));
     } else {
         print!("{}", report::table(&rows, &program, &peer.programs));
+        print!("{}", report::packaged_table(&rows, &packaged));
     }
     Ok(())
 }

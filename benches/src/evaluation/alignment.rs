@@ -14,7 +14,7 @@ pub fn rigid(bench: &mut Bench<'_>, inputs: &Inputs) -> Result<(), Box<dyn Error
     let points = inputs.points.as_chunks::<3>().0;
     let turned: Vec<[f32; 3]> = points.iter().map(|[x, y, z]| [1.1 * y + 1.0, -1.1 * x + 2.0, 1.1 * z + 3.0]).collect();
     let job = Job::new(format!("rigid alignment, {} points", points.len()), 24.0 * points.len() as f64);
-    bench.row(&job.peer("rigid", "Eigen umeyama", Some(0.1)), || {
+    bench.row(&job.peer("rigid", "Eigen umeyama", Some(0.1)).packaged("rigid_26719"), || {
         let moments = habitus::evaluate::moments(black_box(points), &turned)?;
         black_box(moments.similarity(true)?);
         Ok(())

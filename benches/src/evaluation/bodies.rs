@@ -41,7 +41,10 @@ pub fn skinning(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(
         let mut state = vec![0.0; fixed.state_req(false).numbers()];
         let mut job = Job::new(format!("{name}, {n} v"), bytes);
         if blend == Blend::Linear {
-            job = job.plain("skin_blocks").peer("skin_vertices", "C++, 4 weights a vertex", Some(0.3));
+            job = job
+                .plain("skin_blocks")
+                .peer("skin_vertices", "C++, 4 weights a vertex", Some(0.3))
+                .packaged("body_skin_only");
         }
         bench.row(&job, || {
             let at = fixed.begin(free, false, &mut state)?;
@@ -76,6 +79,7 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
     let target = (dim == 20).then_some(0.4);
     let job =
         Job::new(title("positions"), bytes).plain(format!("body{dim}_blocks")).peer(&eigen, "Eigen + C++", target);
+    let job = job.packaged(if dim == 20 { "body_d20" } else { "body_d100" });
     bench.row(&job, || {
         let at = body.begin(weights, false, &mut state)?;
         Ok(evaluate_at(&body, at, 0..n, black_box(&mut out))?)
@@ -97,6 +101,7 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
     let mut states = vec![vec![0.0; body.state_req(false).numbers()]; BATCH];
     let mut batch = vec![0.0; BATCH * 3 * n];
     let job = Job::new(title(&format!("batch of {BATCH}")), bytes + (BATCH - 1) as f64 * 24.0 * n as f64);
+    let job = job.packaged(if dim == 20 { "body_d20_batch64" } else { "body_d100_batch64" });
     bench.row(&job, || {
         let ats: Result<Vec<_>, _> = states.iter_mut().map(|state| body.begin(weights, false, state)).collect();
         Ok(evaluate_batch_at(&body, &ats?, 0..n, black_box(&mut batch))?)

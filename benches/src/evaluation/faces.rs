@@ -35,7 +35,7 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let title = |what: &str| format!("face {n} v, {} x {}, {what}", SMALL.identity, SMALL.pose);
     let mut out = vec![0.0; 3 * n];
     let job = Job::new(title("full"), bytes(SMALL, 192.0)).plain("face_blocks").within(1.0 / 0.85);
-    let job = job.peer("face_eigen", "Eigen gemv", Some(1.0));
+    let job = job.peer("face_eigen", "Eigen gemv", Some(1.0)).packaged("bilinear_small");
     bench.row(&job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
     bench.expect("face_eigen", &out, 1e-6)?;
     bench.expect("face_blocks", &out, 1e-6)?;
@@ -59,7 +59,7 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let (mut values, mut jacobian) = (vec![0.0; NUMBERS * blocks], vec![0.0; NUMBERS * blocks * dim]);
     let moved = (192 * blocks * (1 + SMALL.identity * SMALL.pose + 2 * (1 + dim))) as f64;
     let job = Job::new(title("value + Jacobian"), moved).plain("face_jacobian").within(1.7);
-    let job = job.peer("face_fused", "C++ fused loop", Some(0.25));
+    let job = job.peer("face_fused", "C++ fused loop", Some(0.25)).packaged("bilinear_small_jacobian");
     bench.row(&job, || Ok(linearise(&generator, weights, 0..blocks, black_box(&mut values), &mut jacobian)?))?;
     bench.expect("face_fused", &values, 1e-6)?;
     bench.row(&job.on(2), || {
@@ -111,7 +111,7 @@ pub fn large(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let f32_times = {
         let generator = memory.generator();
         let mut out = vec![0.0; 3 * n];
-        let job = Job::new(title("full"), bytes(BIG, 192.0)).within(1.0 / 0.85).long();
+        let job = Job::new(title("full"), bytes(BIG, 192.0)).within(1.0 / 0.85).packaged("bilinear_big").long();
         bench.row(&job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
         bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))?;
         let blocks = generator.block_count();

@@ -4,6 +4,7 @@ pub mod alignment;
 pub mod bodies;
 pub mod faces;
 pub mod inputs;
+pub mod packaged;
 pub mod report;
 pub mod wavelets;
 
@@ -37,6 +38,8 @@ pub struct Row {
     pub peer_name: &'static str,
     /// Largest allowed ratio of ours to the peer, and to the limit.
     pub targets: [Option<f64>; 2],
+    /// The job of the packaged peers.
+    pub packaged: Option<&'static str>,
 }
 
 /// A row before it is measured.
@@ -56,12 +59,23 @@ pub struct Job {
     pub targets: [Option<f64>; 2],
     /// Tens of milliseconds: few samples.
     pub long: bool,
+    /// The job of the packaged peers.
+    pub packaged: Option<&'static str>,
 }
 
 impl Job {
     /// A job of one thread beside the limit alone.
     pub fn new(name: impl Into<String>, bytes: f64) -> Self {
-        Job { name: name.into(), threads: 1, bytes, plain: None, peer: None, targets: [None; 2], long: false }
+        Job {
+            name: name.into(),
+            threads: 1,
+            bytes,
+            plain: None,
+            peer: None,
+            targets: [None; 2],
+            long: false,
+            packaged: None,
+        }
     }
 
     /// With a loop over our layout.
@@ -72,6 +86,11 @@ impl Job {
     /// With the peers' way, and what ours may take of its time.
     pub fn peer(self, job: impl Into<String>, name: &'static str, target: Option<f64>) -> Self {
         Job { peer: Some((job.into(), name)), targets: [target, self.targets[1]], ..self }
+    }
+
+    /// With the packaged peers' name of the job.
+    pub fn packaged(self, job: &'static str) -> Self {
+        Job { packaged: Some(job), ..self }
     }
 
     /// What ours may take of the limit's time.
@@ -143,6 +162,7 @@ impl Bench<'_> {
             peer: some(peer),
             peer_name: job.peer.as_ref().map_or("", |(_, name)| name),
             targets: job.targets,
+            packaged: job.packaged,
         });
         Ok(())
     }

@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::Row;
+use super::packaged::{Language, Packaged};
 use crate::peer::{FLAGS, Program};
 use crate::samples::{Times, load};
 
@@ -43,9 +44,54 @@ fn verdicts(row: &Row) -> Vec<String> {
     others.into_iter().zip(row.targets).filter_map(of).collect()
 }
 
+/// The packaged peers beside ours, in the order of the rows; nothing where none were run.
+pub fn packaged_table(rows: &[Row], packaged: &Packaged) -> String {
+    let mut text = String::new();
+    for row in rows {
+        let of = |language| packaged.fastest(row.packaged?, row.threads, language);
+        let (cpp, python) = (of(Language::Cpp), of(Language::Python));
+        if cpp.is_none() && python.is_none() {
+            continue;
+        }
+        let cell = |found: Option<(&str, Times)>| match found {
+            Some((name, t)) => format!("{name} {:.4} / {:.4}", t.best, t.median),
+            None => "-".into(),
+        };
+        let ratio = |found: Option<(&str, Times)>| match found {
+            Some((_, t)) => format!("{:.2} / {:.2}", row.ours.best / t.best, row.ours.median / t.median),
+            None => "-".into(),
+        };
+        let verdict = |target: f64, t: Times| {
+            let met = |ours: f64, other: f64| if ours <= target * other { "met" } else { "missed" };
+            format!("{target:.2}: {} / {}", met(row.ours.best, t.best), met(row.ours.median, t.median))
+        };
+        let verdict = row.targets[0].zip(cpp).map_or_else(String::new, |(target, (_, t))| verdict(target, t));
+        text += &format!(
+            "| {} | {} | {:.4} / {:.4} | {} | {} | {verdict} | {} | {} |\n",
+            row.name,
+            row.threads,
+            row.ours.best,
+            row.ours.median,
+            cell(cpp),
+            ratio(cpp),
+            cell(python),
+            ratio(python),
+        );
+    }
+    if !text.is_empty() {
+        let title = "\n| job | threads | ours, ms: best / median | packaged, C++ | ours / it | target | packaged, Python | ours / it |\n";
+        text = format!("{title}|---|---|---|---|---|---|---|---|\n{text}");
+    }
+    text
+}
+
 /// The same for programs.
-pub fn json(rows: &[Row], program: &Program) -> Value {
+pub fn json(rows: &[Row], program: &Program, packaged: &Packaged) -> Value {
     let times = |times: Option<Times>| times.map(|times| json!({ "best_ms": times.best, "median_ms": times.median }));
+    let peer = |row: &Row, language| {
+        let (name, found) = packaged.fastest(row.packaged?, row.threads, language)?;
+        Some(json!({ "name": name, "best_ms": found.best, "median_ms": found.median }))
+    };
     let rows: Vec<_> = rows
         .iter()
         .map(|row| {
@@ -57,6 +103,8 @@ pub fn json(rows: &[Row], program: &Program) -> Value {
                 "plain_cpp_own_layout": times(row.plain),
                 "peer": times(row.peer),
                 "peer_name": row.peer_name,
+                "packaged_cpp": peer(row, Language::Cpp),
+                "packaged_python": peer(row, Language::Python),
                 "target_of_peer": row.targets[0],
                 "target_of_limit": row.targets[1],
             })
