@@ -101,10 +101,7 @@ fn move_line<R: Real>(half: &mut [R], slots: usize, from: usize, to: usize) -> O
     Some(())
 }
 
-/// Columns that go down the strip together; one where code has to be small.
-const WIDE: usize = if cfg!(feature = "inline-kernels") { 16 } else { 1 };
-
-/// The lifts along y of one half of the columns, all three on one way down the strip: a number is read and written once.
+/// The lifts along y of one half of the columns.
 #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
 #[cfg_attr(not(feature = "inline-kernels"), inline(never))]
 fn lift_half<S: Lifting, R: Real>(
@@ -116,94 +113,77 @@ fn lift_half<S: Lifting, R: Real>(
     even: &mut [R],
     odd: &mut [R],
 ) -> Option<()> {
-    let batch = Batch { slots, count, starts: j == 0, stops: j + count > rows.last, ready };
-    let wide = slots - slots % WIDE;
-    for column in (0..wide).step_by(WIDE) {
-        batch.lift_columns::<S, R, WIDE>(column, even, odd)?;
+    let (starts, stops) = (j == 0, j + count > rows.last);
+    // First lift: lines 1..=count of `even`, the details before in the line of the same number.
+    let (mut from, mut to) = (1, count + 1);
+    if starts {
+        first_at_end::<S, R>(lines_of_mut(even, slots, 1, 1)?, lines_of(odd, slots, 2, 1)?);
+        from += 1;
     }
-    for column in wide..slots {
-        batch.lift_columns::<S, R, 1>(column, even, odd)?;
+    if stops {
+        to -= 1;
+        first_at_end::<S, R>(lines_of_mut(even, slots, to, 1)?, lines_of(odd, slots, to, 1)?);
     }
+    let inside = to.checked_sub(from)?;
+    first::<S, R>(
+        lines_of_mut(even, slots, from, inside)?,
+        lines_of(odd, slots, from, inside)?,
+        lines_of(odd, slots, from + 1, inside)?,
+    );
+    // Second lift: the coarse rows beside line `r` of `odd` are lines r - 1 and r of `even`.
+    let [mut from, mut to] = ready.odd;
+    let weight = constant::<R>(S::END);
+    if starts && from < to {
+        let b = if rows.last == 1 { weight } else { R::ONE };
+        second_beside_end::<S, R>(slots, from, odd, even, weight, b)?;
+        from += 1;
+    }
+    if stops && from < to {
+        to -= 1;
+        let a = if rows.last == 1 { weight } else { R::ONE };
+        second_beside_end::<S, R>(slots, to, odd, even, a, weight)?;
+    }
+    let inside = to.saturating_sub(from);
+    second::<S, R>(
+        lines_of_mut(odd, slots, from, inside)?,
+        lines_of(even, slots, from - 1, inside)?,
+        lines_of(even, slots, from, inside)?,
+    );
+    // Third lift: the details beside line `r` of `even` are lines r and r + 1 of `odd`.
+    let [mut from, mut to] = ready.even;
+    if starts && from < to {
+        third_at_end::<S, R>(lines_of_mut(even, slots, from, 1)?, lines_of(odd, slots, from + 1, 1)?);
+        from += 1;
+    }
+    if stops && from < to {
+        to -= 1;
+        third_at_end::<S, R>(lines_of_mut(even, slots, to, 1)?, lines_of(odd, slots, to, 1)?);
+    }
+    let inside = to.saturating_sub(from);
+    third::<S, R>(
+        lines_of_mut(even, slots, from, inside)?,
+        lines_of(odd, slots, from, inside)?,
+        lines_of(odd, slots, from + 1, inside)?,
+    );
     Some(())
 }
 
-/// The lines of a strip as [`lift_half`] goes over them.
-struct Batch {
+/// The second lift of line `line` of `odd`, `a` and `b` being the weights of the coarse rows beside it.
+#[inline(always)]
+fn second_beside_end<S: Lifting, R: Real>(
     slots: usize,
-    count: usize,
-    /// The first coarse row is the first of the surface, in line 1.
-    starts: bool,
-    /// The last one is the last, in line `count`.
-    stops: bool,
-    ready: Ready,
-}
-
-impl Batch {
-    /// All lifts of `W` columns. On the way down, line `r` of `even` gets its first lift, then the details in line `r` of `odd` their second, then
-    /// line `r - 1` of `even` its third.
-    #[inline(always)]
-    fn lift_columns<S: Lifting, R: Real, const W: usize>(
-        &self,
-        column: usize,
-        even: &mut [R],
-        odd: &mut [R],
-    ) -> Option<()> {
-        let &Batch { slots, count, starts, stops, ready } = self;
-        let end = constant::<R>(S::END);
-        let (mut v_before, mut e_before) = (numbers::<R, W>(even, column)?, numbers::<R, W>(odd, column)?);
-        let mut e = numbers::<R, W>(odd, slots + column)?;
-        for r in 1..=count {
-            let at = r * slots + column;
-            let behind = numbers::<R, W>(odd, at + slots)?;
-            let mut v = numbers::<R, W>(even, at)?;
-            if starts && r == 1 {
-                first_at_end::<S, R>(&mut v, &behind);
-            } else if stops && r == count {
-                first_at_end::<S, R>(&mut v, &e);
-            } else {
-                first::<S, R>(&mut v, &e, &behind);
-            }
-            if r >= ready.odd[0] {
-                let (at_start, at_stop) = (starts && r == 2, stops && r == count);
-                if at_start || at_stop {
-                    let weight = |is_end| if is_end { end } else { R::ONE };
-                    let (a, b) = (weight(at_start), weight(at_stop));
-                    for ((e, &before), &v) in e.iter_mut().zip(&v_before).zip(&v) {
-                        *e = S::second(*e, a * before, b * v);
-                    }
-                } else {
-                    second::<S, R>(&mut e, &v_before, &v);
-                }
-                *numbers_mut::<R, W>(odd, at)? = e;
-            }
-            if r > ready.even[0] {
-                if starts && r == 2 {
-                    third_at_end::<S, R>(&mut v_before, &e);
-                } else {
-                    third::<S, R>(&mut v_before, &e_before, &e);
-                }
-                *numbers_mut::<R, W>(even, at.checked_sub(slots)?)? = v_before;
-            }
-            (v_before, e_before, e) = (v, e, behind);
-        }
-        if stops {
-            third_at_end::<S, R>(&mut v_before, &e_before);
-        }
-        *numbers_mut::<R, W>(even, count * slots + column)? = v_before;
-        Some(())
+    line: usize,
+    odd: &mut [R],
+    even: &[R],
+    a: R,
+    b: R,
+) -> Option<()> {
+    let e = lines_of_mut(odd, slots, line, 1)?;
+    let (before, behind) = (lines_of(even, slots, line - 1, 1)?, lines_of(even, slots, line, 1)?);
+    for ((e, &before), &behind) in e.iter_mut().zip(before).zip(behind) {
+        *e = S::second(*e, a * before, b * behind);
     }
-}
-
-/// `W` numbers from the `at`-th.
-#[inline(always)]
-fn numbers<R: Real, const W: usize>(half: &[R], at: usize) -> Option<[R; W]> {
-    half.get(at..)?.first_chunk().copied()
-}
-
-/// As [`numbers`], in place.
-#[inline(always)]
-fn numbers_mut<R: Real, const W: usize>(half: &mut [R], at: usize) -> Option<&mut [R; W]> {
-    half.get_mut(at..)?.first_chunk_mut()
+    Some(())
 }
 
 #[inline(always)]
