@@ -33,7 +33,9 @@ const C_FOLDER: &str = "examples/firmware-c";
 const C_PROFILE: &str = "small";
 const C: &str = "c";
 /// In Rust optimised for size and for speed, and in C for size.
-const PROFILES: [&str; 3] = ["release", "speed", C];
+const PROFILES: [&str; 3] = ["release", SPEED, C];
+/// The one that only [`nightly`](crate::nightly) builds among the vectors: it doubles the time of the others.
+pub const SPEED: &str = "speed";
 
 /// Options of `cargo xtask firmware`.
 #[derive(clap::Args)]
@@ -59,7 +61,7 @@ pub struct Row {
 /// Builds, runs, measures, compares.
 pub fn run(options: &Options) -> Result<()> {
     ready()?;
-    let rows = rows(options.profile.as_deref())?;
+    let rows = rows(|profile| options.profile.as_deref().is_none_or(|only| only == profile))?;
     if options.json {
         println!("{}", json(&rows));
     } else {
@@ -81,12 +83,13 @@ pub fn ready() -> Result<()> {
     Ok(())
 }
 
-/// Every program, those in C included, as built with each profile or only one.
-pub fn rows(only: Option<&str>) -> Result<Vec<Row>> {
+/// Every program, those in C included, as built with each of the wanted profiles.
+pub fn rows(wanted: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
-    let models = if only == Some(C) { None } else { models()? };
+    let profiles: Vec<_> = PROFILES.into_iter().filter(|name| wanted(name)).collect();
+    let models = if profiles == [C] { None } else { models()? };
     let mut rows = Vec::new();
-    for profile in PROFILES.into_iter().filter(|&name| only.is_none_or(|only| only == name)) {
+    for profile in profiles {
         let library = if profile == C { Some(built_library(&compiler)?) } else { None };
         for board in Board::ALL {
             let folder = match &library {

@@ -12,19 +12,24 @@ pub struct Options {
     cases: u32,
 }
 
-/// Runs the kernel's properties at length, the tests of its features, the figures on the shared data with their curves, all fits to scans, recovered frames and costs of storage, and the benchmark rows, each optimised and with
-/// its seconds.
+/// Runs the kernel's properties at length, the tests of its features, the figures on the shared data with their curves, all fits to scans, recovered frames,
+/// costs of storage, the golden vectors through the dispatched functions and in all firmware, and the benchmark rows, each optimised and with its seconds.
 pub fn run(options: &Options) -> Result<()> {
     let cases = options.cases.to_string();
     timed("properties", cargo(&["test", "--release", "--package", "habitus-core"]).env("PROPTEST_CASES", cases))?;
     let features = ["--all-features", "--lib", "--", "--nocapture", "interop", "fast_functions"];
     timed("features", cargo(&["test", "--release", "--package", "habitus-core"]).args(features))?;
-    for (name, test) in
-        [("figures", "face_figures"), ("fits", "face_fit"), ("frames", "frames"), ("storages", "quantised")]
-    {
+    for (name, test) in [
+        ("figures", "face_figures"),
+        ("fits", "face_fit"),
+        ("frames", "frames"),
+        ("storages", "quantised"),
+        ("dispatched vectors", "dispatched"),
+    ] {
         let figures = ["--test", test, "--", "--include-ignored", "--nocapture"];
         timed(name, cargo(&["test", "--release", "--package", "habitus-tests"]).args(figures))?;
     }
+    timed("vectors", &mut cargo(&["xtask", "vectors", "--speed"]))?;
     timed("times of fits", &mut cargo(&["run", "--release", "--package", "habitus-benches", "--bin", "fit"]))?;
     timed("evaluation", &mut cargo(&["run", "--release", "--package", "habitus-benches", "--bin", "evaluation"]))?;
     timed("rows", &mut cargo(&["run", "--release", "--package", "habitus-benches", "--bin", "rows", "--", "--big"]))

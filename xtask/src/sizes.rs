@@ -20,7 +20,7 @@ pub type Size = (String, u64);
 
 /// Builds and weighs.
 pub fn run(options: &Options) -> Result<()> {
-    let mut sizes = of(&c_library::built(c_hosts::PROFILE)?, &firmware::rows(Some("c"))?)?;
+    let mut sizes = of(&c_library::built(c_hosts::PROFILE)?, &firmware::rows(|profile| profile == "c")?)?;
     sizes.extend(wasm::made()?.sizes);
     if options.json {
         println!("{:#}", json_of(&sizes));

@@ -15,6 +15,9 @@ pub struct Options {
     /// Print runs and sizes as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
+    /// Also the firmware that is optimised for speed.
+    #[arg(long)]
+    speed: bool,
 }
 
 /// Builds, runs, compares.
@@ -25,19 +28,23 @@ pub fn run(options: &Options) -> Result<()> {
     wasm::ready()?;
     let known = Cases::read()?;
     let mut runs = timed("Rust on this machine", rust_hosts::runs)?;
-    let libraries = timed("library for C and C++", || c_library::built(c_hosts::PROFILE))?;
-    runs.extend(timed("C and C++ on this machine", || c_hosts::native_runs(&libraries))?);
-    let wasm = timed("wasm", wasm::made)?;
-    runs.extend(wasm.runs);
-    // One build after the other leaves cores idle.
-    let (rows, emulated) = std::thread::scope(|scope| {
-        let emulated = scope.spawn(|| timed("AArch64 and s390x", cross::runs));
-        let rows = timed("Cortex-M4F", || firmware::rows(None));
-        (rows, emulated.join().unwrap_or_else(|_| Err(String::from("a run panicked").into())))
+    // One build after the other leaves cores idle: two rows of them, of about the same length.
+    let (here, there) = std::thread::scope(|scope| {
+        let there =
+            scope.spawn(|| -> Result<_> { Ok((timed("wasm", wasm::made)?, timed("AArch64 and s390x", cross::runs)?)) });
+        let here = || -> Result<_> {
+            let libraries = timed("library for C and C++", || c_library::built(c_hosts::PROFILE))?;
+            let native = timed("C and C++ on this machine", || c_hosts::native_runs(&libraries))?;
+            let rows =
+                timed("Cortex-M4F and M7", || firmware::rows(|profile| options.speed || profile != firmware::SPEED))?;
+            Ok((libraries, native, rows))
+        };
+        (here(), there.join().unwrap_or_else(|_| Err(String::from("a run panicked").into())))
     });
-    let rows = rows?;
+    let ((libraries, native, rows), (wasm, (emulated, mut objections))) = (here?, there?);
+    runs.extend(native);
+    runs.extend(wasm.runs);
     runs.extend(firmware::golden_runs(&rows)?);
-    let (emulated, mut objections) = emulated?;
     runs.extend(emulated);
     objections.extend(wasm.objections);
     let mut sizes = sizes::of(&libraries, &rows)?;

@@ -4,7 +4,8 @@
 //! and links no more than that.
 //!
 //! The kernels of every kind at every call are too much code and take too long to compile where nothing is gained by them: they are inlined only with the
-//! feature `inline-kernels`, which hosts that choose the width of their vectors at run time turn on (`habitus-dispatch`). The bits are the same.
+//! feature `inline-kernels`, which hosts that choose the width of their vectors at run time turn on (`habitus-dispatch`), and in builds without debug
+//! assertions. The bits are the same.
 
 use core::ops::Range;
 

@@ -31,43 +31,77 @@ pub struct Moments<R> {
 /// Pairs side by side.
 const LANES: usize = 16;
 
-/// Points against an origin, by axes.
-#[inline(always)]
-fn relative<R: Real>(points: &[[R; 3]; LANES], [x0, y0, z0]: [R; 3]) -> [[R; LANES]; 3] {
-    let mut out = [[R::ZERO; LANES]; 3];
-    let [x, y, z] = &mut out;
-    for (((x, y), z), [a, b, c]) in x.iter_mut().zip(y).zip(z).zip(points) {
-        (*x, *y, *z) = (*a - x0, *b - y0, *c - z0);
-    }
-    out
-}
-
 /// Groups of [`LANES`] pairs whose products are summed while the sums stay in registers; one where memory is short.
 const GROUPS: usize = if cfg!(feature = "inline-kernels") { 16 } else { 1 };
 
 /// One number of each of sixteen pairs.
 type Lane<R> = [R; LANES];
 
-/// Points of both sides, by axes.
-type Group<R> = [[Lane<R>; 3]; 2];
+/// Coordinates of one side, by axes.
+type Axes<R> = [[Lane<R>; GROUPS]; 3];
 
-/// Adds to each of the sums, over all groups: `terms` gives what a group adds.
+/// Points against an origin, by axes; returns the groups, the rest of whose last is zero.
+///
+/// One loop of a length that the compiler does not know: it turns the axes apart with shuffles then, and number by number in a short one.
 #[inline(always)]
-fn add_each<const N: usize, R: Real>(
-    sums: &mut [Lane<R>; N],
-    groups: &[Group<R>],
-    terms: impl Fn(&Group<R>) -> [[Lane<R>; 2]; N],
-    add: impl Fn(R, [R; 2]) -> R,
-) {
+fn relative<R: Real>(points: &[[R; 3]], [x0, y0, z0]: [R; 3], axes: &mut Axes<R>) -> usize {
+    let [x, y, z] = axes.each_mut().map(|axis| axis.as_flattened_mut());
+    for (((x, y), z), [a, b, c]) in x.iter_mut().zip(&mut *y).zip(&mut *z).zip(points) {
+        (*x, *y, *z) = (*a - x0, *b - y0, *c - z0);
+    }
+    let groups = points.len().div_ceil(LANES);
+    for axis in [x, y, z] {
+        let spare = axis.iter_mut().take(groups * LANES).skip(points.len());
+        spare.for_each(|number| *number = R::ZERO);
+    }
+    groups
+}
+
+/// The first groups of each axis.
+#[inline(always)]
+fn first_of<R>([x, y, z]: &Axes<R>, groups: usize) -> [&[Lane<R>]; 3] {
+    [x, y, z].map(|axis| axis.get(..groups).unwrap_or_default())
+}
+
+/// Adds to the sums of three axes.
+#[inline(always)]
+fn add_values<R: Real>(sums: &mut [Lane<R>; 3], [x, y, z]: [&[Lane<R>]; 3]) {
     let mut local = *sums;
-    for group in groups {
-        for (sum, [a, b]) in local.iter_mut().zip(&terms(group)) {
-            for (sum, (&a, &b)) in sum.iter_mut().zip(a.iter().zip(b)) {
-                *sum = add(*sum, [a, b]);
-            }
-        }
+    let [s, t, u] = &mut local;
+    for ((x, y), z) in x.iter().zip(y).zip(z) {
+        add(s, x);
+        add(t, y);
+        add(u, z);
     }
     *sums = local;
+}
+
+/// Adds to the sums of products of pairs of axes.
+#[inline(always)]
+fn add_products<R: Real>(sums: &mut [Lane<R>; 3], pairs: [[&[Lane<R>]; 2]; 3]) {
+    let mut local = *sums;
+    let [s, t, u] = &mut local;
+    let [[a, b], [c, d], [e, f]] = pairs;
+    for (((((a, b), c), d), e), f) in a.iter().zip(b).zip(c).zip(d).zip(e).zip(f) {
+        add_product(s, a, b);
+        add_product(t, c, d);
+        add_product(u, e, f);
+    }
+    *sums = local;
+}
+
+#[inline(always)]
+fn add<R: Real>(sum: &mut Lane<R>, values: &Lane<R>) {
+    for (sum, &value) in sum.iter_mut().zip(values) {
+        *sum += value;
+    }
+}
+
+#[inline(always)]
+fn add_product<R: Real>(sum: &mut Lane<R>, a: &Lane<R>, b: &Lane<R>) {
+    for ((sum, &a), &b) in sum.iter_mut().zip(a).zip(b) {
+        *sum += a * b;
+    }
 }
 
 /// Sums of the lanes.
@@ -77,39 +111,35 @@ struct Sums<R> {
     /// Of `p_i q_j`.
     cross: [[Lane<R>; 3]; 3],
     /// Of `p_i p_j` for i <= j, by i.
-    x_with: [Lane<R>; 3],
-    y_with: [Lane<R>; 2],
-    z_with: [Lane<R>; 1],
+    spread: [[Lane<R>; 3]; 2],
 }
 
 impl<R: Real> Sums<R> {
     #[inline(always)]
     fn zero() -> Self {
-        let zero = [R::ZERO; LANES];
-        Sums { points: [[zero; 3]; 2], cross: [[zero; 3]; 3], x_with: [zero; 3], y_with: [zero; 2], z_with: [zero] }
+        let zero = [[R::ZERO; LANES]; 3];
+        Sums { points: [zero; 2], cross: [zero; 3], spread: [zero; 2] }
     }
 
     #[inline(always)]
-    fn add(&mut self, groups: &[Group<R>]) {
-        let sum = |sum, [value, _]: [R; 2]| sum + value;
-        let product = |sum, [a, b]: [R; 2]| sum + a * b;
-        let [p, q] = &mut self.points;
-        add_each(p, groups, |[[x, y, z], _]| [[*x, *x], [*y, *y], [*z, *z]], sum);
-        add_each(q, groups, |[_, [x, y, z]]| [[*x, *x], [*y, *y], [*z, *z]], sum);
+    fn add(&mut self, p: [&[Lane<R>]; 3], q: [&[Lane<R>]; 3]) {
+        let [sum_p, sum_q] = &mut self.points;
+        add_values(sum_p, p);
+        add_values(sum_q, q);
+        let ([a, b, c], [x, y, z]) = (p, q);
         let [by_x, by_y, by_z] = &mut self.cross;
-        add_each(by_x, groups, |[[p, _, _], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
-        add_each(by_y, groups, |[[_, p, _], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
-        add_each(by_z, groups, |[[_, _, p], [x, y, z]]| [[*p, *x], [*p, *y], [*p, *z]], product);
-        add_each(&mut self.x_with, groups, |[[x, y, z], _]| [[*x, *x], [*x, *y], [*x, *z]], product);
-        add_each(&mut self.y_with, groups, |[[_, y, z], _]| [[*y, *y], [*y, *z]], product);
-        add_each(&mut self.z_with, groups, |[[_, _, z], _]| [[*z, *z]], product);
+        add_products(by_x, [[a, x], [a, y], [a, z]]);
+        add_products(by_y, [[b, x], [b, y], [b, z]]);
+        add_products(by_z, [[c, x], [c, y], [c, z]]);
+        let [with_x, others] = &mut self.spread;
+        add_products(with_x, [[a, a], [a, b], [a, c]]);
+        add_products(others, [[b, b], [b, c], [c, c]]);
     }
 
     /// In the order of the fields.
     #[inline(always)]
     fn lanes(&self) -> impl Iterator<Item = &Lane<R>> {
-        let spread = self.x_with.iter().chain(&self.y_with).chain(&self.z_with);
-        self.points.iter().flatten().chain(self.cross.iter().flatten()).chain(spread)
+        self.points.iter().chain(&self.cross).chain(&self.spread).flatten()
     }
 }
 
@@ -152,22 +182,12 @@ impl<R: Real> Moments<R> {
         let (Some(&source), Some(&target)) = (sources.first(), targets.first()) else { return Ok(()) };
         let (p0, q0) = *self.origin.get_or_insert((source, target));
         let mut sums = Sums::zero();
-        let (pairs, rest) = sources.as_chunks::<LANES>();
-        let (paired, paired_rest) = targets.as_chunks::<LANES>();
-        let mut groups = [[[[R::ZERO; LANES]; 3]; 2]; GROUPS];
-        for (p, q) in pairs.chunks(GROUPS).zip(paired.chunks(GROUPS)) {
-            let mut count = 0;
-            for (group, (p, q)) in groups.iter_mut().zip(p.iter().zip(q)) {
-                *group = [relative(p, p0), relative(q, q0)];
-                count += 1;
-            }
-            sums.add(groups.get(..count).unwrap_or_default());
-        }
+        let (mut p, mut q) = ([[[R::ZERO; LANES]; GROUPS]; 3], [[[R::ZERO; LANES]; GROUPS]; 3]);
         // The others of the last sixteen stand at the origin and add nothing.
-        let (mut p, mut q) = ([p0; LANES], [q0; LANES]);
-        p.iter_mut().zip(rest).for_each(|(to, from)| *to = *from);
-        q.iter_mut().zip(paired_rest).for_each(|(to, from)| *to = *from);
-        sums.add(&[[relative(&p, p0), relative(&q, q0)]]);
+        for (sources, targets) in sources.chunks(GROUPS * LANES).zip(targets.chunks(GROUPS * LANES)) {
+            let groups = relative(sources, p0, &mut p).min(relative(targets, q0, &mut q));
+            sums.add(first_of(&p, groups), first_of(&q, groups));
+        }
         let mut totals = sums.lanes().map(|lanes| lanes.iter().fold(R::ZERO, |sum, lane| sum + *lane));
         let cross = self.cross.iter_mut().flatten();
         for to in self.source.iter_mut().chain(&mut self.target).chain(cross).chain(&mut self.spread) {
