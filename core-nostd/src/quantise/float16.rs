@@ -1,6 +1,6 @@
 //! Coefficients as IEEE 754 half precision: half the bytes, 11 bits of precision, decoded exactly.
 
-use super::{Storage, Term, Terms, plus_scaled};
+use super::{Storage, Term, Terms, ahead, plus_scaled};
 use crate::format::ElementType;
 use crate::generator::block::RawBlock;
 use crate::generator::{Block, LANES, NUMBERS};
@@ -86,6 +86,7 @@ impl Term for &HalfBlock {
 
     #[inline(always)]
     fn block(self) -> Block {
+        ahead(self);
         let mut block = Block::ZERO;
         for (axis, bytes) in block.axes.iter_mut().zip(self.as_chunks::<{ 2 * LANES }>().0) {
             for (value, raw) in axis.iter_mut().zip(bytes.as_chunks::<2>().0) {

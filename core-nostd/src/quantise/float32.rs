@@ -1,6 +1,6 @@
 //! Coefficients as `f32`: the offset is the first term of its block.
 
-use super::{Storage, Term, Terms, plus_scaled};
+use super::{Storage, Term, Terms, ahead, plus_scaled};
 use crate::format::ElementType;
 use crate::generator::Block;
 use crate::generator::block::{RawBlock, lane_of_raw};
@@ -52,6 +52,7 @@ impl Term for &RawBlock {
 
     #[inline(always)]
     fn block(self) -> Block {
+        ahead(self);
         Block::of_raw(self)
     }
 

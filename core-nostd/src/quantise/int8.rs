@@ -1,6 +1,6 @@
 //! Coefficients as bytes, `value = offset + scale * q`, with a scale and an offset for each block of sixteen vertices, axis and component.
 
-use super::{Storage, Term, Terms, plus_scaled};
+use super::{Storage, Term, Terms, ahead, plus_scaled};
 use crate::format::ElementType;
 use crate::generator::block::RawBlock;
 use crate::generator::{Block, LANES, NUMBERS};
@@ -166,6 +166,8 @@ impl Term for ByteTerm<'_> {
 
     #[inline(always)]
     fn add_to(self, mut sum: CodeSum, weight: f32) -> CodeSum {
+        ahead(self.values);
+        ahead(self.range);
         let axes = sum.codes.axes.iter_mut().zip(self.values.as_chunks::<LANES>().0).zip(&mut sum.offsets);
         for (((axis, codes), constant), [scale, offset]) in axes.zip(self.range()) {
             let factor = weight * scale;
