@@ -28,6 +28,16 @@ impl Backend for Host {
         evaluate::evaluate_at(generator, at, vertices, out)
     }
 
+    fn evaluate_batch<G: Generator>(
+        &self,
+        generator: &G,
+        ats: &[At<'_>],
+        vertices: Range<usize>,
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        evaluate::evaluate_batch_at(generator, ats, vertices, out)
+    }
+
     fn linearised_block<G: Generator>(
         &self,
         generator: &G,

@@ -23,6 +23,16 @@ pub trait Backend {
         generator.evaluate_at(at, vertices, out)
     }
 
+    fn evaluate_batch<G: Generator>(
+        &self,
+        generator: &G,
+        ats: &[At<'_>],
+        vertices: Range<usize>,
+        out: &mut [f32],
+    ) -> Result<(), Error> {
+        generator.evaluate_batch_at(ats, vertices, out)
+    }
+
     fn linearised_block<G: Generator>(
         &self,
         generator: &G,

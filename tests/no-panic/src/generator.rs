@@ -72,6 +72,10 @@ fn mode(fix_identity: bool) -> Mode {
 fn used(generator: &impl Generator, call: &mut Slices<'_>) -> Result<(), Error> {
     let at = generator.begin(call.weights, call.choices[0], call.state)?;
     generator.evaluate_at(at, call.range.clone(), call.values)?;
+    generator.evaluate_batch_at(&[at, at], call.range.clone(), call.values)?;
+    if generator.gradient_req().check(call.workspace.len()).is_ok() {
+        generator.gradient_at(at, call.filled, call.jacobian, call.workspace)?;
+    }
     generator.linearise_at(at, call.range.clone(), call.values, call.jacobian)?;
     unchecked(generator, at, call.at, call.jacobian, call.values);
     Ok(())

@@ -35,11 +35,20 @@ impl<R> Objective<R> for Foreign<R> {
 macro_rules! checks {
     ($real:ty, $procrustes:ident, $minimise:ident, $lbfgsb:ident) => {
         #[unsafe(no_mangle)]
-        unsafe extern "C" fn $procrustes(pairs: Input<[[$real; 3]; 2]>, with_scale: bool) -> i32 {
+        unsafe extern "C" fn $procrustes(
+            pairs: Input<[[$real; 3]; 2]>,
+            points: [Input<[$real; 3]>; 2],
+            with_scale: bool,
+        ) -> i32 {
             let mut moments = Moments::<$real>::new();
             // SAFETY: the caller's promise.
             for &[source, target] in unsafe { pairs.slice() } {
                 moments.add(source, target, 1.0);
+            }
+            // SAFETY: the caller's promise.
+            let [sources, targets] = unsafe { points.map(|points| points.slice()) };
+            if let Err(error) = moments.add_all(sources, targets) {
+                return error.code() as i32;
             }
             match moments.similarity(with_scale) {
                 Ok(similarity) => similarity.applied([1.0; 3])[0] as i32,

@@ -21,6 +21,31 @@ pub trait Generator: std::fmt::Debug {
     fn identity_fixed(&self, x: &[f32], y: &[f32], v: usize) -> Linearised;
     /// Position and derivatives by the identity weights of the form with the pose fixed.
     fn pose_fixed(&self, x: &[f32], y: &[f32], v: usize) -> Linearised;
+
+    /// Derivatives of an energy by the weights from those by the positions, `g`.
+    fn gradient(&self, x: &[f32], y: &[f32], g: &[[f32; 3]]) -> Vec<f32> {
+        by_jacobian(x.len() + y.len(), g, |v| self.linearised(x, y, v))
+    }
+}
+
+/// `(x x' + y y') + z z'`.
+pub fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
+    (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2]
+}
+
+/// `J^T g`.
+fn by_jacobian(dim: usize, g: &[[f32; 3]], slope: impl Fn(usize) -> Linearised) -> Vec<f32> {
+    let slopes: Vec<Linearised> = (0..g.len()).map(slope).collect();
+    (0..dim).map(|k| by_lanes(g.len(), |v| dot(slopes[v].derivatives[k], g[v]))).collect()
+}
+
+/// What vertices add, summed by their places in the blocks, then over the places.
+pub fn by_lanes(n: usize, of: impl Fn(usize) -> f32) -> f32 {
+    let mut lanes = [0.0; 16];
+    for v in 0..n {
+        lanes[v % 16] += of(v);
+    }
+    lanes.iter().fold(0.0, |sum, lane| sum + lane)
 }
 
 /// An offset and columns at the free weights.
@@ -145,5 +170,12 @@ impl Generator for Skinned {
 
     fn pose_fixed(&self, x: &[f32], y: &[f32], v: usize) -> Linearised {
         of_columns(self.with_pose(y, v), x)
+    }
+
+    fn gradient(&self, x: &[f32], y: &[f32], g: &[[f32; 3]]) -> Vec<f32> {
+        if self.dual || !self.corrective.is_empty() {
+            return by_jacobian(x.len() + y.len(), g, |v| self.linearised(x, y, v));
+        }
+        self.gradient_by_wrenches(x, y, g)
     }
 }

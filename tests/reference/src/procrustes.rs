@@ -7,6 +7,46 @@ use super::placement::Placement;
 
 const DEGENERATE: Refusal = [403, 0, 0];
 
+/// Sums over pairs of points, relative to the first.
+struct Sums<R> {
+    total: R,
+    sum_p: [R; 3],
+    sum_q: [R; 3],
+    cross: [[R; 3]; 3],
+    spread: [[R; 3]; 3],
+}
+
+impl<R: Number> Sums<R> {
+    fn zero() -> Self {
+        let zero = R::of(0.0);
+        Sums { total: zero, sum_p: [zero; 3], sum_q: [zero; 3], cross: [[zero; 3]; 3], spread: [[zero; 3]; 3] }
+    }
+
+    fn add(&mut self, p: [R; 3], q: [R; 3], weight: R) {
+        self.total = self.total + weight;
+        for i in 0..3 {
+            self.sum_p[i] = self.sum_p[i] + weight * p[i];
+            self.sum_q[i] = self.sum_q[i] + weight * q[i];
+            for j in 0..3 {
+                self.cross[i][j] = self.cross[i][j] + (weight * p[i]) * q[j];
+                self.spread[i][j] = self.spread[i][j] + (weight * p[i.min(j)]) * p[i.max(j)];
+            }
+        }
+    }
+
+    fn plus(&mut self, other: &Sums<R>) {
+        self.total = self.total + other.total;
+        for i in 0..3 {
+            self.sum_p[i] = self.sum_p[i] + other.sum_p[i];
+            self.sum_q[i] = self.sum_q[i] + other.sum_q[i];
+            for j in 0..3 {
+                self.cross[i][j] = self.cross[i][j] + other.cross[i][j];
+                self.spread[i][j] = self.spread[i][j] + other.spread[i][j];
+            }
+        }
+    }
+}
+
 /// The transform of `sources` that minimises the weighted squared distance to `targets`.
 pub fn placement<R: Number>(
     sources: &[[R; 3]],
@@ -14,28 +54,42 @@ pub fn placement<R: Number>(
     weights: &[R],
     with_scale: bool,
 ) -> Result<Placement<R>, Refusal> {
+    let mut sums = Sums::zero();
+    for ((&source, &target), &weight) in sources.iter().zip(targets).zip(weights) {
+        sums.add(less(source, sources[0]), less(target, targets[0]), weight);
+    }
+    best(sums, sources, targets, with_scale)
+}
+
+/// The same for weights of 1, pairs summed by their places in groups of sixteen, then over the places.
+pub fn aligned<R: Number>(sources: &[[R; 3]], targets: &[[R; 3]], with_scale: bool) -> Result<Placement<R>, Refusal> {
+    let mut sums = Sums::zero();
+    for lane in 0..16 {
+        let mut of_lane = Sums::zero();
+        for k in (lane..sources.len()).step_by(16) {
+            of_lane.add(less(sources[k], sources[0]), less(targets[k], targets[0]), R::of(1.0));
+        }
+        sums.plus(&of_lane);
+    }
+    best(sums, sources, targets, with_scale)
+}
+
+fn less<R: Number>(a: [R; 3], b: [R; 3]) -> [R; 3] {
+    [0, 1, 2].map(|k| a[k] - b[k])
+}
+
+fn best<R: Number>(
+    sums: Sums<R>,
+    sources: &[[R; 3]],
+    targets: &[[R; 3]],
+    with_scale: bool,
+) -> Result<Placement<R>, Refusal> {
     let zero = R::of(0.0);
+    let Sums { total, sum_p, sum_q, cross, spread } = sums;
     if sources.is_empty() {
         return Err(DEGENERATE);
     }
-    // Sums over the pairs, relative to the first.
     let (p0, q0) = (sources[0], targets[0]);
-    let mut total = zero;
-    let (mut sum_p, mut sum_q) = ([zero; 3], [zero; 3]);
-    let (mut cross, mut spread) = ([[zero; 3]; 3], [[zero; 3]; 3]);
-    for ((source, target), &weight) in sources.iter().zip(targets).zip(weights) {
-        let p = [0, 1, 2].map(|k| source[k] - p0[k]);
-        let q = [0, 1, 2].map(|k| target[k] - q0[k]);
-        total = total + weight;
-        for i in 0..3 {
-            sum_p[i] = sum_p[i] + weight * p[i];
-            sum_q[i] = sum_q[i] + weight * q[i];
-            for j in 0..3 {
-                cross[i][j] = cross[i][j] + (weight * p[i]) * q[j];
-                spread[i][j] = spread[i][j] + (weight * p[i.min(j)]) * p[i.max(j)];
-            }
-        }
-    }
     if !(total > zero) {
         return Err(DEGENERATE);
     }

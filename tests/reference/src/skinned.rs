@@ -1,6 +1,7 @@
 //! The S-SCAPE generator, eq. 9.1 to 9.3, vertex by vertex: a linear rest shape, corrective terms, and the motions of the joints that hold the vertex.
 
 use super::bilinear::Linearised;
+use super::generator::by_lanes;
 use super::linear::Linear;
 use super::number::Number;
 use super::quaternion::{Quaternion, dual_part, product};
@@ -249,6 +250,59 @@ impl Skinned {
         let mut form = self.linearised(&vec![R::of(0.0); dim], theta, v);
         form.derivatives.truncate(dim);
         form
+    }
+
+    /// Derivatives of an energy by the weights from those by the positions, for matrices without corrective terms: forces and torques of the
+    /// joints, handed down to the root.
+    pub fn gradient_by_wrenches(&self, z: &[f32], theta: &[f32], g: &[[f32; 3]]) -> Vec<f32> {
+        let posed = self.posed(z, theta);
+        let place = |v: usize| self.rest.corrected(z, &self.corrective, &[], v);
+        // Force, then torque, of each joint by itself.
+        let mut wrenches: Vec<[f32; 6]> = (0..posed.len())
+            .map(|joint| {
+                let part = |k: usize| {
+                    by_lanes(g.len(), |v| {
+                        let holds = self.holds(&posed, v);
+                        let Some(hold) = holds.iter().find(|hold| hold.joint == joint) else { return 0.0 };
+                        let force = scaled(hold.weight, g[v]);
+                        let there = plus(turned(&hold.posed.rotation, place(v)), hold.posed.translation);
+                        if k < 3 { force[k] } else { cross(there, force)[k - 3] }
+                    })
+                };
+                [0, 1, 2, 3, 4, 5].map(part)
+            })
+            .collect();
+        let mut gradient: Vec<f32> = (0..z.len())
+            .map(|l| {
+                by_lanes(g.len(), |v| {
+                    let holds = self.holds(&posed, v);
+                    let entry = |i: usize, j: usize| {
+                        holds.iter().fold(0.0, |sum, hold| sum + hold.weight * hold.posed.rotation[i][j])
+                    };
+                    let back = [0, 1, 2].map(|j| dot([0, 1, 2].map(|i| entry(i, j)), g[v]));
+                    dot(self.rest.components[l].decoded(v), back)
+                })
+            })
+            .collect();
+        for (joint, wrench) in posed.iter().zip(&wrenches) {
+            for (to, &shift) in gradient.iter_mut().zip(&joint.shifts) {
+                *to += dot(shift, [wrench[0], wrench[1], wrench[2]]);
+            }
+        }
+        let mut by_angle: Vec<Vec<f32>> = vec![Vec::new(); posed.len()];
+        for joint in (0..posed.len()).rev() {
+            let [fx, fy, fz, tx, ty, tz] = wrenches[joint];
+            if let Some(parent) = self.skeleton.joints[joint].parent {
+                for k in 0..6 {
+                    wrenches[parent][k] += wrenches[joint][k];
+                }
+            }
+            let moment = cross(posed[joint].anchor, [fx, fy, fz]);
+            let torque = [tx - moment[0], ty - moment[1], tz - moment[2]];
+            by_angle[joint] = posed[joint].axes.iter().map(|&axis| dot(axis, torque)).collect();
+        }
+        gradient.extend(by_angle.into_iter().flatten());
+        gradient
     }
 
     /// `R_j` of every joint, for what is bilinear in them.

@@ -2,7 +2,7 @@
 
 use super::files::{forged, opened, patched};
 use super::fit::{Kind, Order, few_fits, normal_equations};
-use super::generator::{evaluate, linearised_block, linearised_vertex, prepared, start, weights};
+use super::generator::{batch, evaluate, gradient, linearised_block, linearised_vertex, prepared, start, weights};
 use super::models::{Model, Models};
 use super::text::File;
 use crate::reference::normal_equations::Frame;
@@ -52,6 +52,29 @@ pub fn text(models: &Models) -> String {
         for identity_fixed in [true, false] {
             prepared(&mut file, models.named(name), identity_fixed, from, to);
         }
+    }
+    for name in [
+        "components_17_i8",
+        "body_1",
+        "body_16_i8",
+        "body_17",
+        "body_33_still_i8",
+        "body_17_still_dual_f16",
+        "corrected_17_f16",
+        "bilinear_17_f16",
+        "linear_17",
+    ] {
+        gradient(&mut file, models.named(name));
+    }
+    for (name, from, to) in [
+        ("components_17_f32", 0, 17),
+        ("components_33_i8", 15, 33),
+        ("body_17", 3, 17),
+        ("corrected_17_dual_i8", 0, 16),
+        ("bilinear_17_f16", 16, 17),
+        ("plain_17", 0, 17),
+    ] {
+        batch(&mut file, models.named(name), from, to);
     }
     for (name, kind, frame) in [
         ("components_33_i8", Kind::Mixed, Frame::Similarity),

@@ -99,6 +99,32 @@ pub fn linearised_vertex(file: &mut File, model: &Model, vertex: usize) {
         .numbers("jacobian", derivatives.iter().flatten());
 }
 
+/// In reverse mode.
+pub fn gradient(file: &mut File, model: &Model) {
+    let (x, y) = weights(model);
+    let by_vertex: Vec<[f32; 3]> = Stream::of(&format!("gradient of {}", model.name)).points(model.generator.n(), 2.0);
+    start(file, "gradient", model, "reverse", &x, &y)
+        .numbers("vertex_gradients", by_vertex.iter().flatten())
+        .numbers("gradient", &model.generator.gradient(&x, &y, &by_vertex));
+}
+
+/// Three sets of weights at once.
+pub fn batch(file: &mut File, model: &Model, from: usize, to: usize) {
+    let (x, y) = weights(model);
+    let of = |factor: f32| {
+        let scaled = |weights: &[f32]| weights.iter().map(|weight| factor * weight).collect::<Vec<f32>>();
+        (scaled(&x), scaled(&y))
+    };
+    let sets = [of(1.0), of(-0.5), of(0.0)];
+    let shapes = sets.iter().flat_map(|(x, y)| (from..to).flat_map(|v| model.generator.value(x, y, v)));
+    let shapes: Vec<f32> = shapes.collect();
+    let join = |part: fn(&(Vec<f32>, Vec<f32>)) -> &Vec<f32>| sets.iter().flat_map(part).copied().collect::<Vec<f32>>();
+    start(file, "batch", model, "three", &join(|set| &set.0), &join(|set| &set.1))
+        .integer("from", from)
+        .integer("to", to)
+        .numbers("out", &shapes);
+}
+
 pub fn prepared(file: &mut File, model: &Model, identity_fixed: bool, from: usize, to: usize) {
     let (x, y) = weights(model);
     let (fixed, free) = if identity_fixed { ("identity", &y) } else { ("pose", &x) };

@@ -38,6 +38,13 @@ fn kernels<R: Number>(file: &mut File, real: &str) {
             procrustes::<R>(file, real, count, with_scale);
         }
     }
+    for count in [3, 16, 17, 37] {
+        aligned::<R>(file, real, count, count % 2 == 1);
+    }
+    if real == "f32" {
+        // More than are summed in one go.
+        aligned::<R>(file, real, 260, true);
+    }
     let line: Vec<[R; 3]> = (0..5).map(|k| [R::of(f64::from(k)), R::of(2.0 * f64::from(k)), R::of(1.0)]).collect();
     file.case(&format!("procrustes_{real}"), "line")
         .numbers("sources", line.iter().flatten())
@@ -118,8 +125,8 @@ fn eigenpairs<R: Number>(file: &mut File, real: &str, n: usize) {
     }
 }
 
-fn procrustes<R: Number>(file: &mut File, real: &str, count: usize, with_scale: bool) {
-    let mut stream = Stream::of(&format!("procrustes {count}"));
+/// Points, and where a known placement has them, with noise.
+fn pairs<R: Number>(stream: &mut Stream, count: usize) -> [Vec<[R; 3]>; 2] {
     let truth = Placement {
         scale: R::of(1.25),
         rotation: rotation_matrix(stream.point(2.0)),
@@ -133,6 +140,22 @@ fn procrustes<R: Number>(file: &mut File, real: &str, count: usize, with_scale: 
             [0, 1, 2].map(|k| moved[k] + noise[k])
         })
         .collect();
+    [sources, targets]
+}
+
+fn aligned<R: Number>(file: &mut File, real: &str, count: usize, with_scale: bool) {
+    let [sources, targets] = pairs::<R>(&mut Stream::of(&format!("aligned {count}")), count);
+    let found = procrustes::aligned(&sources, &targets, with_scale).expect("points that are not on a line");
+    file.case(&format!("aligned_{real}"), &format!("points_{count}"))
+        .numbers("sources", sources.iter().flatten())
+        .numbers("targets", targets.iter().flatten())
+        .integer("with_scale", usize::from(with_scale))
+        .numbers("placement", &found.numbers());
+}
+
+fn procrustes<R: Number>(file: &mut File, real: &str, count: usize, with_scale: bool) {
+    let mut stream = Stream::of(&format!("procrustes {count}"));
+    let [sources, targets] = pairs::<R>(&mut stream, count);
     let weights: Vec<R> = (0..count).map(|_| R::of(1.0) + stream.number(0.75)).collect();
     let found = procrustes::placement(&sources, &targets, &weights, with_scale).expect("points that are not on a line");
     file.case(

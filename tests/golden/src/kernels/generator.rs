@@ -51,6 +51,34 @@ pub(super) fn linearised_vertex<B: Backend>(context: &mut Context<'_, '_, '_, B>
     tally.compare("jacobian", jacobian.as_flattened())
 }
 
+pub(super) fn gradient<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { models, case, pieces, tally, .. } = context;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
+    let weights = Weights { identity: pieces.numbers(case, "identity")?, pose: pieces.numbers(case, "pose")? };
+    let state = pieces.zeros(model.state_req(true).numbers())?;
+    let at = model.begin(weights, true, state)?;
+    let by_vertex: &[f32] = pieces.numbers(case, "vertex_gradients")?;
+    let (gradient, workspace) = (pieces.zeros(model.dim())?, pieces.zeros(model.gradient_req().numbers())?);
+    model.gradient_at(at, by_vertex, gradient, workspace)?;
+    tally.compare("gradient", gradient)
+}
+
+pub(super) fn batch<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { backend, models, case, pieces, tally } = context;
+    let (_, model) = super::wavelet::generator(pieces, case, models)?;
+    let (identity, pose): (&[f32], &[f32]) = (pieces.numbers(case, "identity")?, pieces.numbers(case, "pose")?);
+    let (mut identity, mut pose) = (identity.chunks(model.identity_dim().max(1)), pose.chunks(model.pose_dim().max(1)));
+    let mut begun = || {
+        let weights = Weights { identity: identity.next().unwrap_or_default(), pose: pose.next().unwrap_or_default() };
+        Ok::<_, Problem>(model.begin(weights, false, pieces.zeros(model.state_req(false).numbers())?)?)
+    };
+    let ats = [begun()?, begun()?, begun()?];
+    let (from, to) = (integer(case, "from")? as usize, integer(case, "to")? as usize);
+    let out = pieces.zeros(ats.len() * 3 * to.saturating_sub(from))?;
+    backend.evaluate_batch(&model, &ats, from..to, out)?;
+    tally.compare("out", out)
+}
+
 pub(super) fn prepared<B: Backend>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { backend, models, case, pieces, tally } = context;
     let (_, model) = super::wavelet::generator(pieces, case, models)?;

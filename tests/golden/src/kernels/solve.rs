@@ -46,6 +46,16 @@ pub(super) fn procrustes<B: Backend, R: Number>(context: &mut Context<'_, '_, '_
     tally.compare("placement", &numbers_of_placement(&found))
 }
 
+pub(super) fn aligned<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
+    let Context { case, pieces, tally, .. } = context;
+    let sources: &[[R; 3]] = pieces.numbers(case, "sources")?.as_chunks().0;
+    let targets: &[[R; 3]] = pieces.numbers(case, "targets")?.as_chunks().0;
+    let mut moments = Moments::new();
+    moments.add_all(sources, targets)?;
+    let found = moments.similarity(integer(case, "with_scale")? > 0)?;
+    tally.compare("placement", &numbers_of_placement(&found))
+}
+
 pub(super) fn rotation<B: Backend, R: Number>(context: &mut Context<'_, '_, '_, B>) -> Result<(), Problem> {
     let Context { case, tally, .. } = context;
     let vector: [R; 3] = array(case, "vector")?;
