@@ -191,7 +191,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(crate::testing::cases().min(2000) / 8))]
+        #![proptest_config(ProptestConfig::with_cases(crate::testing::cases().min(8000)))]
 
         #[test]
         fn gradients_are_the_transposed_jacobian(seed in 1u32..100000, corrections: bool, dual: bool) {

@@ -217,7 +217,7 @@ fn check_storage<'a, S: Storage<'a>>(file: &'a [u8], seed: u32) -> Result<(), Te
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(crate::testing::cases().min(2000) / 8))]
+    #![proptest_config(ProptestConfig::with_cases(crate::testing::cases().min(8000)))]
 
     #[test]
     fn derivatives_match_central_differences(seed in 1u32..100000, corrections: bool, dual: bool, angle in 0.1f32..2.0) {

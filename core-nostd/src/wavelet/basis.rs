@@ -363,7 +363,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(crate::testing::cases() / 4))]
+        #![proptest_config(ProptestConfig::with_cases(crate::testing::cases()))]
 
         #[test]
         fn products_are_the_synthesis_of_units(

@@ -318,7 +318,7 @@ mod tests {
     }
 
     proptest! {
-        #![proptest_config(ProptestConfig::with_cases(crate::testing::cases() / 4))]
+        #![proptest_config(ProptestConfig::with_cases(crate::testing::cases()))]
 
         #[test]
         fn bits_are_those_of_the_slow_way(

@@ -104,7 +104,7 @@ fn coefficients_lie_where_the_format_says() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(crate::testing::cases() / 4))]
+    #![proptest_config(ProptestConfig::with_cases(crate::testing::cases()))]
 
     #[test]
     fn surfaces_are_the_synthesis_of_local_sums(waves in waves(), seed in 1u32..1000) {
