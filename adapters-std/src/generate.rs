@@ -14,13 +14,15 @@ pub fn weight_count(model: &Model<'_>, mode: Mode) -> usize {
     each * if mode == Mode::Identity { header.identity_dim } else { header.pose_dim } as usize
 }
 
-/// Weights of a mode from standard deviations: `mean + t * scale`; weights behind the last one given are at the mean.
+/// Weights of a mode from standard deviations: `mean + t * scale`; weights behind the last one given are at the mean. Without statistics of
+/// the weights, deviations of zero are weights of zero.
 ///
-/// Errors: more numbers than weights, numbers that are not finite, a model without the statistics of its weights.
+/// Errors: more numbers than weights, numbers that are not finite, others than zero for a model without the statistics of its weights.
 pub fn weights_from_deviations(model: &Model<'_>, mode: Mode, deviations: &[f64]) -> Result<Vec<f32>, Error> {
-    let name = match mode {
-        Mode::Identity => "identity",
-        Mode::Pose => "expression",
+    let name = match (mode, model.header().kind) {
+        (Mode::Identity, _) => "identity",
+        (Mode::Pose, Kind::Skinned) => "pose",
+        (Mode::Pose, _) => "expression",
     };
     let dim = weight_count(model, mode);
     if deviations.len() > dim {
@@ -32,18 +34,25 @@ pub fn weights_from_deviations(model: &Model<'_>, mode: Mode, deviations: &[f64]
     if let Some(index) = deviations.iter().position(|value| !value.is_finite()) {
         return Err(Error::input(format!("{name} weight {index} is not a finite number")));
     }
-    let spread = model.spread(mode).ok_or_else(|| {
-        Error::input(format!(
-            "the model does not say how its {name} weights are distributed; train it with this program"
-        ))
-    })?;
+    let Some(spread) = model.spread(mode) else {
+        if deviations.iter().all(|&value| value == 0.0) {
+            return Ok(vec![0.0; dim]);
+        }
+        return Err(Error::input(format!(
+            "the model does not say how its {name} weights are distributed, so they cannot be given in standard deviations; leave them out, \
+             or train it with this program"
+        )));
+    };
     let all = deviations.iter().copied().chain(std::iter::repeat(0.0));
     let weights = spread.mean.iter().zip(spread.scale.iter()).zip(all);
     Ok(weights.map(|((mean, scale), t)| (f64::from(mean) + t * f64::from(scale)) as f32).collect())
 }
 
-/// Weights in standard deviations: the inverse of [`weights_from_deviations`].
+/// Weights in standard deviations: the inverse of [`weights_from_deviations`]; `None` for a model without the statistics of these weights.
 pub fn deviations_of_weights(model: &Model<'_>, mode: Mode, weights: &[f32]) -> Option<Vec<f64>> {
+    if weights.is_empty() {
+        return Some(Vec::new());
+    }
     let spread = model.spread(mode)?;
     let pairs = spread.mean.iter().zip(spread.scale.iter()).zip(weights);
     Some(pairs.map(|((mean, scale), weight)| f64::from(weight - mean) / f64::from(scale)).collect())

@@ -21,7 +21,7 @@ pub(super) struct ExportArgs {
     /// Identity weights that become morph targets of a GLB
     #[arg(long, default_value_t = 10, value_name = "N")]
     identity_morphs: usize,
-    /// Output: .npz (everything, for numpy) or .glb (mean face with named morph targets: each training expression, and the first identity weights
+    /// Output: .npz (everything, for numpy) or .glb (mean shape with named morph targets: each training expression, and the first identity weights
     /// by one standard deviation)
     #[arg(short, long, value_name = "FILE.npz|FILE.glb")]
     output: PathBuf,
@@ -37,7 +37,7 @@ pub(super) fn run(args: &ExportArgs, console: &Console) -> Result<(), Error> {
             npz::write(&model, &args.output)?;
             0
         }
-        Some("glb") => write_glb(args, &model)?,
+        Some("glb") => write_glb(args, &model, console)?,
         _ => {
             return Err(Error::input(format!(
                 "{}: a model is exported as .npz or .glb; name the output so",
@@ -51,8 +51,8 @@ pub(super) fn run(args: &ExportArgs, console: &Console) -> Result<(), Error> {
     )
 }
 
-/// The mean face and its morph targets; returns their number.
-fn write_glb(args: &ExportArgs, model: &habitus_core::format::Model<'_>) -> Result<usize, Error> {
+/// The mean shape and its morph targets; returns their number.
+fn write_glb(args: &ExportArgs, model: &habitus_core::format::Model<'_>, console: &Console) -> Result<usize, Error> {
     let mean_identity = weights_from_deviations(model, Mode::Identity, &[])?;
     let mean_pose = weights_from_deviations(model, Mode::Pose, &[])?;
     let mean = positions(model, &mean_identity, &mean_pose)?;
@@ -76,7 +76,12 @@ fn write_glb(args: &ExportArgs, model: &habitus_core::format::Model<'_>) -> Resu
             morphs.push(MorphTarget { name, displacements });
         }
     }
-    for weight in 0..args.identity_morphs.min(model.header().identity_dim as usize) {
+    let mut identity_morphs = args.identity_morphs.min(model.header().identity_dim as usize);
+    if identity_morphs > 0 && model.spread(Mode::Identity).is_none() {
+        console.warn("the model does not say how its identity weights are distributed, so they have no morph targets");
+        identity_morphs = 0;
+    }
+    for weight in 0..identity_morphs {
         let mut deviations = vec![0.0; weight];
         deviations.push(1.0);
         let identity = weights_from_deviations(model, Mode::Identity, &deviations)?;

@@ -16,7 +16,7 @@ use crate::io::model::opened;
 use crate::io::{self, landmarks_npy};
 use crate::mesh::Mesh;
 use crate::parameters::{self, Parameters};
-use crate::register::scan_fit::{ScanFit, ScanFitOptions, fit_scan, in_model_order};
+use crate::register::scan_fit::{ScanFit, ScanFitOptions, expect_bilinear, fit_scan, in_model_order};
 use crate::report::fit_page::{FitReport, PAGE_FILES, marked_names};
 use crate::report::fit_shown::{DISTANCE, FitShown};
 use crate::report::{Figure, Finish, Image, Scene};
@@ -88,6 +88,10 @@ pub(super) fn run(args: &FitArgs, console: &Console) -> Result<(), Error> {
         .check()?;
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
+    expect_bilinear(&model).map_err(|error| match error {
+        Error::Input(problem) => Error::Input(format!("{}: {problem}", args.model.display())),
+        other => other,
+    })?;
     let scan = io::mesh::read(&args.scan)?;
     let landmarks = landmarks(args, &model, &scan, console)?;
     let clock = Instant::now();

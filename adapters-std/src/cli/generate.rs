@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use habitus_core::format::Mode;
+use habitus_core::format::{Kind, Mode};
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
 use rand_distr::{Distribution, StandardNormal};
@@ -44,7 +44,8 @@ pub(super) struct GenerateArgs {
     /// Leave the placement of --parameters out: the shape in the frame of the model, in mm
     #[arg(long, requires = "parameters")]
     unplaced: bool,
-    /// Draw the weights that are not given at random: independent normal deviates
+    /// Draw the weights that are not given at random: independent normal deviates. The angles of a body whose file does not say how they are distributed
+    /// stay zero
     #[arg(long)]
     random: bool,
     /// Seed of --random
@@ -63,9 +64,11 @@ pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
     let bytes = io::file_bytes(&args.model)?;
     let model = opened(&bytes, &args.model)?;
     let mut stream = ChaCha12Rng::seed_from_u64(args.seed);
-    let mut completed = |given: &[f64], dim: usize| -> Vec<f64> {
-        let drawn: Vec<f64> = (0..dim).map(|_| StandardNormal.sample(&mut stream)).collect();
-        let rest = drawn.into_iter().skip(given.len()).map(|t| if args.random { t } else { 0.0 });
+    let mut completed = |given: &[f64], mode: Mode| -> Vec<f64> {
+        let drawn: Vec<f64> = (0..weight_count(&model, mode)).map(|_| StandardNormal.sample(&mut stream)).collect();
+        let unknown = mode == Mode::Pose && model.header().kind == Kind::Skinned && model.spread(mode).is_none();
+        let random = args.random && !unknown;
+        let rest = drawn.into_iter().skip(given.len()).map(|t| if random { t } else { 0.0 });
         given.iter().copied().chain(rest).collect()
     };
     let given = match &args.parameters {
@@ -76,8 +79,8 @@ pub(super) fn run(args: &GenerateArgs, console: &Console) -> Result<(), Error> {
         (Some(path), Error::Input(problem)) => Error::Input(format!("{}: {problem}", path.display())),
         (_, error) => error,
     };
-    let identity_deviations = completed(&given.identity, weight_count(&model, Mode::Identity));
-    let pose_deviations = completed(&given.expression, weight_count(&model, Mode::Pose));
+    let identity_deviations = completed(&given.identity, Mode::Identity);
+    let pose_deviations = completed(&given.expression, Mode::Pose);
     let identity = weights_from_deviations(&model, Mode::Identity, &identity_deviations).map_err(of_file)?;
     let pose = match &args.expression_name {
         Some(name) => weights_of_expression(&model, name)?,

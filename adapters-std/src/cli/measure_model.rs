@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use habitus_core::format::Mode;
+use habitus_core::format::{Kind, Mode};
 use serde_json::{Value, json};
 
 use super::info::energy_percent;
@@ -30,7 +30,7 @@ use crate::report::page::Page;
 /// Arguments of `measure model`.
 #[derive(Debug, Args)]
 pub(super) struct ModelArgs {
-    /// Training data as for `train face`, from which models of the sizes --dims are trained; or a model file (.hab)
+    /// Training data as for `train face`, from which models of the sizes --dims are trained; or the file of a bilinear face model (.hab)
     data: PathBuf,
     /// Unseen faces in the same topology; of a model file they are fitted through the kernel
     #[arg(long, value_name = "DATA")]
@@ -155,16 +155,31 @@ fn of_file(args: &ModelArgs, console: &Console) -> Result<(), Error> {
     }
     let bytes = io::file_bytes(&args.data)?;
     let model = opened(&bytes, &args.data)?;
+    let kind = model.header().kind;
+    if kind != Kind::Bilinear {
+        return Err(Error::input(format!(
+            "{}: it holds a model of the kind {kind:?}; the measures here are those of bilinear face models, of which this is none: see what it holds \
+             with habitus info",
+            args.data.display()
+        )));
+    }
+    let energies = [Mode::Identity, Mode::Pose].map(|mode| energy_percent(&model, mode));
+    if energies.iter().all(Vec::is_empty) && args.test.is_none() && args.report.is_none() {
+        return Err(Error::input(format!(
+            "{}: the file does not hold the spectra of its training data, so there is nothing to tell; give unseen faces with --test, or the training \
+             data instead of the file",
+            args.data.display()
+        )));
+    }
     let mut text = format!("{}\n", args.data.display());
     let mut object = json!({
         "vertices": model.header().n_vertices,
         "identity_dim": model.header().identity_dim,
         "pose_dim": model.header().pose_dim,
     });
-    for (mode, name, dim) in
-        [(Mode::Identity, "identity", model.header().identity_dim), (Mode::Pose, "pose", model.header().pose_dim)]
-    {
-        let kept = energy_percent(&model, mode).get(dim as usize - 1).copied();
+    let modes = [("identity", model.header().identity_dim), ("pose", model.header().pose_dim)];
+    for ((name, dim), energy) in modes.into_iter().zip(&energies) {
+        let kept = (dim as usize).checked_sub(1).and_then(|last| energy.get(last)).copied();
         object[format!("{name}_energy_percent")] = kept.into();
         if let Some(kept) = kept {
             let _ = writeln!(text, "{dim} {name} weights hold {kept:.3} % of the mode's variation");
@@ -183,11 +198,11 @@ fn of_file(args: &ModelArgs, console: &Console) -> Result<(), Error> {
         object["unseen_error_standard_error_mm"] = error.standard_error.into();
     }
     if let Some(folder) = &args.report {
-        let [identity, expression] = [Mode::Identity, Mode::Pose].map(|mode| energy_percent(&model, mode));
+        let [identity, expression] = &energies;
         let page = ModelReport {
             model: &model,
             name: &file_name(args),
-            compactness: [&identity, &expression],
+            compactness: [identity, expression],
             curves: None,
             figures: &object,
         }

@@ -2,6 +2,7 @@
 
 use habitus_core::fit::{FitOptions, Frame, Sample, SurfacePoint, fit_points_req};
 use habitus_core::format::{Mode, Model};
+use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::{Generator, Weights};
 use habitus_core::prior::Prior;
 use habitus_core::rotation::similarity::Similarity;
@@ -38,13 +39,17 @@ pub fn unseen_error_through_kernel(
         )));
     }
     let starts = starts(model)?;
+    let kernel = |error| Error::Kernel { what: "unseen faces cannot be fitted".into(), error };
+    // The kernels of one storage each: `f32` is not to pay for the others.
+    let fitted = |shape: &[f64]| match model.generator().map_err(kernel)? {
+        AnyGenerator::BilinearF16(generator) => fitted_error(&generator, &starts, shape, align),
+        AnyGenerator::BilinearI8(generator) => fitted_error(&generator, &starts, shape, align),
+        _ => fitted_error(&model.bilinear().map_err(kernel)?, &starts, shape, align),
+    };
     let mut errors = Vec::with_capacity(unseen.n_shapes());
     for batch in unseen.data().chunks(BATCH * unseen.shape_len()) {
         progress(errors.len(), unseen.n_shapes());
-        let found: Vec<Result<f64, Error>> = batch
-            .par_chunks_exact(unseen.shape_len())
-            .map(|shape| fitted_error(model, &starts, shape, align))
-            .collect();
+        let found: Vec<Result<f64, Error>> = batch.par_chunks_exact(unseen.shape_len()).map(fitted).collect();
         for error in found {
             errors.push(error?);
         }
@@ -74,9 +79,8 @@ fn starts(model: &Model<'_>) -> Result<Starts, Error> {
     Ok(Starts { identity: mean(Mode::Identity)?, poses })
 }
 
-fn fitted_error(model: &Model<'_>, starts: &Starts, shape: &[f64], align: bool) -> Result<f64, Error> {
+fn fitted_error<G: Generator>(generator: &G, starts: &Starts, shape: &[f64], align: bool) -> Result<f64, Error> {
     let kernel = |error| Error::Kernel { what: "an unseen face cannot be fitted".into(), error };
-    let generator = model.bilinear().map_err(kernel)?;
     let samples: Vec<Sample> = shape
         .as_chunks::<3>()
         .0
@@ -102,7 +106,7 @@ fn fitted_error(model: &Model<'_>, starts: &Starts, shape: &[f64], align: bool) 
             limits: Limits { max_iterations, ..Limits::default() },
         };
         let Found { identity, pose, placement, .. } = &mut fit;
-        let report = fit_points(&generator, &samples[..], &options, identity, pose, placement, &mut workspace);
+        let report = fit_points(generator, &samples[..], &options, identity, pose, placement, &mut workspace);
         fit.energy = report.map_err(kernel)?.energy;
         Ok(fit)
     };

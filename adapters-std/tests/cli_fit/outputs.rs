@@ -177,3 +177,19 @@ fn threads_do_not_change_a_byte() {
     };
     assert!(made("1") == made("4"));
 }
+
+/// A copy of the model in fewer bytes finds the same face, but for what its storage costs.
+#[test]
+fn quantised_models_are_fitted_too() {
+    let work = work();
+    let (scan, landmarks) = (work.path("scans/scan_00.ply"), work.triples("quantised.txt", |p| p));
+    let (_, expected) = work.plain();
+    for (storage, limit) in [("f16", 0.05), ("i8", 0.3)] {
+        let (model, output) = (work.path(&format!("face-{storage}.hab")), work.path(&format!("fit-{storage}.npy")));
+        json(&["quantise", &work.path("face.hab"), "--as", storage, "-o", &model]);
+        json(&["fit", &model, &scan, "--landmarks", &landmarks, "-o", &output]);
+        let found = mesh_files::read(output).expect("a cloud").positions;
+        let apart = mean_distance(&found, expected);
+        assert!(apart < limit, "{storage}: {apart} mm");
+    }
+}

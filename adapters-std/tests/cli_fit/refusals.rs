@@ -144,6 +144,12 @@ fn models_without_what_a_fit_needs_are_refused() {
         &["does not say how its weights are distributed", "train it with this program"],
     );
     contains(&work.refused("scans/scan_00.ply", &scan(work), &landmarks, &[]), &["scan_00.ply"]);
+    let body = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/firmware/models/body.hab");
+    std::fs::copy(body, work.path("body.hab")).expect("copied");
+    contains(
+        &work.refused("body.hab", &scan(work), &landmarks, &[]),
+        &["body.hab: the model is of the kind Skinned", "bilinear models, which habitus train face makes"],
+    );
 }
 
 /// Outputs of another kind are refused before the fit, which would be in vain.

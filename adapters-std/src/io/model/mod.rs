@@ -3,8 +3,11 @@
 pub mod hab;
 pub mod npz;
 mod quantise;
+#[cfg(test)]
+mod samples;
 mod skin;
 pub mod source;
+mod terms;
 
 pub use hab::{file_len, opened, write};
 pub use quantise::{QuantisationError, quantise};

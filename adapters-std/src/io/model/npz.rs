@@ -1,117 +1,159 @@
-//! The content of a model file as an NPZ archive for numpy.
+//! The content of a model file as an NPZ archive for numpy; `docs/model-file.md` lists its arrays.
 
 use std::path::Path;
 
-use habitus_core::format::{Mode, Model};
+use habitus_core::format::{ElementType, Kind, Model, SectionId};
 use habitus_core::generator::LANES;
 
+pub use super::terms::{PlainTerms, plain_terms};
 use crate::Error;
 use crate::io::npy::NpzWriter;
 
-/// Coefficients of a model as numpy wants them: one term after another, `[vertex, 3]` each.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PlainTerms {
-    /// `o`, `[n, 3]`.
-    pub offset: Vec<f32>,
-    /// Pose-linear terms, `[d_pose, n, 3]`, or empty.
-    pub pose_linear: Vec<f32>,
-    /// Identity-linear terms, `[d_id, n, 3]`, or empty.
-    pub identity_linear: Vec<f32>,
-    /// Bilinear terms, `[d_id, d_pose, n, 3]`.
-    pub bilinear: Vec<f32>,
+/// Numbers of an array.
+enum Numbers {
+    Floats(Vec<f32>),
+    Words(Vec<u32>),
 }
 
-/// Takes the coefficients of a model out of their blocks.
-pub fn plain_terms(model: &Model<'_>) -> Result<PlainTerms, Error> {
-    use habitus_core::format::SectionId;
-    let header = *model.header();
-    let section = model
-        .sections()
-        .find(SectionId::Coefficients as u32)
-        .ok_or_else(|| Error::Internal("an opened model has no coefficients".into()))?;
-    let numbers: Vec<f32> = section.bytes.as_chunks::<4>().0.iter().map(|raw| f32::from_le_bytes(*raw)).collect();
-    let (n, n_terms) = (header.n_vertices as usize, header.n_terms());
-    let term = |index: usize| {
-        (0..3 * n).map(move |k| (index, k / 3, k % 3)).map(|(index, vertex, axis)| {
-            numbers[((vertex / LANES * n_terms + index) * 3 + axis) * LANES + vertex % LANES]
-        })
-    };
-    let mut plain = PlainTerms {
-        offset: term(0).collect(),
-        pose_linear: Vec::new(),
-        identity_linear: Vec::new(),
-        bilinear: Vec::new(),
-    };
-    let mut next = 1;
-    if header.pose_linear {
-        plain.pose_linear = (0..header.pose_dim as usize).flat_map(|j| term(next + j)).collect();
-        next += header.pose_dim as usize;
-    }
-    for _ in 0..header.identity_dim {
-        if header.identity_linear {
-            plain.identity_linear.extend(term(next));
-            next += 1;
-        }
-        for _ in 0..header.pose_dim {
-            plain.bilinear.extend(term(next));
-            next += 1;
-        }
-    }
-    Ok(plain)
-}
+/// Name, shape, numbers.
+type Array = (String, Vec<usize>, Numbers);
 
-/// Writes everything of a model to `path` as an NPZ archive: `mean`, `core` `[identity, expression, vertex, 3]`, linear terms, `faces`,
-/// `landmarks`, `mirror`, priors, starts, spectra, `remainder`; texts as UTF-8 bytes are left out (`habitus info --json` prints them).
+/// Writes everything numeric of a model to `path` as an NPZ archive, coefficients decoded to `f32`: terms, statistics, topology, and of a body the skeleton and
+/// who holds which vertex. Texts are left out (`habitus info --json` prints them), and so are sections that this version does not know.
 pub fn write(model: &Model<'_>, path: &Path) -> Result<(), Error> {
-    let header = *model.header();
-    let (n, identity, pose) = (header.n_vertices as usize, header.identity_dim as usize, header.pose_dim as usize);
-    let plain = plain_terms(model)?;
-    let faces: Vec<u32> = model.faces().map(|faces| faces.iter().flatten().collect()).unwrap_or_default();
-    let landmarks: Vec<u32> = model.landmarks().map(|all| all.iter().collect()).unwrap_or_default();
-    let mirror: Vec<u32> = model.mirror().map(|all| all.iter().collect()).unwrap_or_default();
-    let floats = |view: Option<habitus_core::format::Floats<'_>>| -> Vec<f32> {
-        view.map(|view| view.iter().collect()).unwrap_or_default()
-    };
-    let starts = floats(model.pose_starts());
-    let mut priors = Vec::new();
-    for (mode, name, d) in [(Mode::Identity, "identity", identity), (Mode::Pose, "expression", pose)] {
-        if let Some(gaussian) = model.gaussian(mode) {
-            priors.push((format!("{name}_mean"), vec![d], gaussian.mean.iter().collect::<Vec<f32>>()));
-            priors.push((format!("{name}_scale"), vec![d], gaussian.scale.iter().collect()));
-            priors.push((format!("{name}_precision"), vec![d, d], gaussian.precision.iter().collect()));
-        }
-        let spectrum = floats(model.spectrum(mode));
-        priors.push((format!("{name}_spectrum"), vec![spectrum.len()], spectrum));
+    let mut arrays = terms(model)?;
+    arrays.extend(statistics(model));
+    arrays.extend(rest(model));
+    if model.header().kind == Kind::Skinned {
+        arrays.extend(influences(model));
+        arrays.push(("dual_quaternions".into(), vec![1], Numbers::Words(vec![model.header().dual_quaternion.into()])));
     }
     let mut npz = NpzWriter::new();
-    npz.add("mean", &[n, 3], &plain.offset[..])?;
-    npz.add("core", &[identity, pose, n, 3], &plain.bilinear[..])?;
-    if header.identity_linear {
-        npz.add("identity_linear", &[identity, n, 3], &plain.identity_linear[..])?;
-    }
-    if header.pose_linear {
-        npz.add("expression_linear", &[pose, n, 3], &plain.pose_linear[..])?;
-    }
-    for (name, shape, values) in &priors {
-        if !values.is_empty() {
-            npz.add(name, shape, &values[..])?;
+    for (name, shape, numbers) in &arrays {
+        match numbers {
+            Numbers::Floats(values) if !values.is_empty() => npz.add(name, shape, &values[..])?,
+            Numbers::Words(values) if !values.is_empty() => npz.add(name, shape, &values[..])?,
+            _ => {}
         }
-    }
-    if !starts.is_empty() {
-        npz.add("expression_starts", &[starts.len() / pose, pose], &starts[..])?;
-    }
-    let remainder = floats(model.remainder());
-    if !remainder.is_empty() {
-        npz.add("remainder", &[remainder.len() / (3 * n), n, 3], &remainder[..])?;
-    }
-    if !faces.is_empty() {
-        npz.add("faces", &[faces.len() / 3, 3], &faces[..])?;
-    }
-    if !landmarks.is_empty() {
-        npz.add("landmarks", &[landmarks.len()], &landmarks[..])?;
-    }
-    if !mirror.is_empty() {
-        npz.add("mirror", &[n], &mirror[..])?;
     }
     npz.finish(path)
 }
+
+/// What the shape is summed from.
+fn terms(model: &Model<'_>) -> Result<Vec<Array>, Error> {
+    let header = *model.header();
+    let (n, identity, pose) = (header.n_vertices as usize, header.identity_dim as usize, header.pose_dim as usize);
+    let plain = plain_terms(model)?;
+    let floats = |name: &str, shape: &[usize], values: Vec<f32>| (name.into(), shape.to_vec(), Numbers::Floats(values));
+    let joints = plain.corrections.len() / (9 * 3 * n);
+    Ok(match header.kind {
+        Kind::Linear | Kind::Skinned => vec![
+            floats("mean", &[n, 3], plain.offset),
+            floats("components", &[identity, n, 3], plain.identity_linear),
+            floats("corrections", &[joints, 9, n, 3], plain.corrections),
+        ],
+        Kind::Wavelet => vec![
+            floats("coefficients_mean", &[n, 3], plain.offset),
+            floats("coefficients", &[identity, pose, n, 3], plain.bilinear),
+        ],
+        _ => vec![
+            floats("mean", &[n, 3], plain.offset),
+            floats("core", &[identity, pose, n, 3], plain.bilinear),
+            floats("identity_linear", &[identity, n, 3], plain.identity_linear),
+            floats("expression_linear", &[pose, n, 3], plain.pose_linear),
+        ],
+    })
+}
+
+/// What the file says of its weights.
+fn statistics(model: &Model<'_>) -> impl Iterator<Item = Array> {
+    let header = model.header();
+    let (wavelet, n) = (header.kind == Kind::Wavelet, header.n_vertices as usize);
+    let pose = if header.kind == Kind::Skinned { "pose" } else { "expression" };
+    // Of a wavelet model each coefficient has weights of its own.
+    let by_weight = move |dim: u32| if wavelet { vec![n, dim as usize] } else { vec![dim as usize] };
+    let (of_identity, of_pose) = (by_weight(header.identity_dim), by_weight(header.pose_dim));
+    let (d_id, d_pose) = (header.identity_dim as usize, header.pose_dim as usize);
+    let all = [
+        (SectionId::IdentityMean, "identity_mean".into(), Some(of_identity.clone())),
+        (SectionId::IdentityScale, "identity_scale".into(), Some(of_identity)),
+        (SectionId::IdentityPrecision, "identity_precision".into(), Some(vec![d_id, d_id])),
+        (SectionId::IdentitySpectrum, "identity_spectrum".into(), None),
+        (SectionId::PoseMean, format!("{pose}_mean"), Some(of_pose.clone())),
+        (SectionId::PoseScale, format!("{pose}_scale"), Some(of_pose)),
+        (SectionId::PosePrecision, format!("{pose}_precision"), Some(vec![d_pose, d_pose])),
+        (SectionId::PoseSpectrum, format!("{pose}_spectrum"), None),
+        (SectionId::PoseStarts, format!("{pose}_starts"), None),
+    ];
+    let model = *model;
+    all.into_iter().filter_map(move |(id, name, shape)| {
+        let (stored, numbers) = section(&model, id)?;
+        Some((name, shape.unwrap_or(stored), numbers))
+    })
+}
+
+/// Sections that are written as they are.
+fn rest(model: &Model<'_>) -> impl Iterator<Item = Array> {
+    let model = *model;
+    let all = [
+        (SectionId::Remainder, "remainder"),
+        (SectionId::Faces, "faces"),
+        (SectionId::Landmarks, "landmarks"),
+        (SectionId::Mirror, "mirror"),
+        (SectionId::QuantisationError, "quantisation_error"),
+        (SectionId::JointParents, "joint_parents"),
+        (SectionId::JointAxes, "joint_axes"),
+        (SectionId::JointPositions, "joint_positions"),
+        (SectionId::JointBasis, "joint_basis"),
+        (SectionId::PoseLower, "pose_lower"),
+        (SectionId::PoseUpper, "pose_upper"),
+        (SectionId::Grid, "grid"),
+    ];
+    all.into_iter().filter_map(move |(id, name)| {
+        let (shape, numbers) = section(&model, id)?;
+        Some((name.into(), shape, numbers))
+    })
+}
+
+/// Which joint holds which vertex and how much, vertex by vertex, the joints ascending.
+fn influences(model: &Model<'_>) -> Vec<Array> {
+    let words = |id| match section(model, id) {
+        Some((_, Numbers::Words(words))) => words,
+        _ => Vec::new(),
+    };
+    let (starts, joints) = (words(SectionId::SkinStarts), words(SectionId::SkinJoints));
+    let Some((_, Numbers::Floats(weights))) = section(model, SectionId::SkinWeights) else { return Vec::new() };
+    let n = model.header().n_vertices;
+    let all: Vec<(u32, u32, f32)> = (0..n)
+        .flat_map(|vertex| {
+            let (block, lane) = (vertex as usize / LANES, vertex as usize % LANES);
+            let entries = starts[block] as usize..starts[block + 1] as usize;
+            entries.zip(std::iter::repeat((vertex, lane)))
+        })
+        .map(|(entry, (vertex, lane))| (vertex, joints[entry], weights[entry * LANES + lane]))
+        .filter(|&(_, _, weight)| weight != 0.0)
+        .collect();
+    let shape = vec![all.len()];
+    vec![
+        ("influence_vertices".into(), shape.clone(), Numbers::Words(all.iter().map(|one| one.0).collect())),
+        ("influence_joints".into(), shape.clone(), Numbers::Words(all.iter().map(|one| one.1).collect())),
+        ("influence_weights".into(), shape, Numbers::Floats(all.iter().map(|one| one.2).collect())),
+    ]
+}
+
+/// Shape and numbers of a section of 32-bit numbers.
+fn section(model: &Model<'_>, id: SectionId) -> Option<(Vec<usize>, Numbers)> {
+    let section = model.sections().find(id as u32)?;
+    let shape = section.shape.iter().take(section.rank).map(|&axis| axis as usize).collect();
+    let raw = section.bytes.as_chunks::<4>().0.iter();
+    let numbers = match section.element {
+        ElementType::F32 => Numbers::Floats(raw.map(|raw| f32::from_le_bytes(*raw)).collect()),
+        ElementType::U32 => Numbers::Words(raw.map(|raw| u32::from_le_bytes(*raw)).collect()),
+        _ => return None,
+    };
+    Some((shape, numbers))
+}
+
+#[cfg(test)]
+#[path = "npz_tests.rs"]
+mod tests;

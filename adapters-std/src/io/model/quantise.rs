@@ -1,11 +1,13 @@
 //! A model with its coefficients in fewer bytes, and how far it then lies from the original.
 
+use std::f32::consts::FRAC_PI_2;
+
 use habitus_core::format::{self, ElementType, Header, Kind, Mode, Model, SectionId, SectionSource};
 use habitus_core::generator::{Block, Generator, LANES, NUMBERS, Weights};
 use habitus_core::quantise::{f16_of, quantised};
 use rand::SeedableRng;
 use rand_chacha::ChaCha12Rng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{Distribution, StandardNormal, Uniform};
 use rayon::prelude::*;
 
 use crate::Error;
@@ -28,8 +30,9 @@ pub struct QuantisationError {
 
 /// The file of a model with its coefficients as `element`, with the measured error in section 20.
 ///
-/// The error is taken over 200 seeded shapes whose weights are independent normal deviates, clipped at 3 (a wavelet model: of all its coefficients); the pose of a
-/// skinned model is zero, for posing turns the error without lengthening it.
+/// The error is taken over 200 seeded shapes whose weights are independent normal deviates, clipped at 3 (a wavelet model: of all its coefficients). The angles of a
+/// body are zero: what is stored is the rest shape, and a joint moves its error without lengthening it. Where the body has corrective terms, which are stored too and
+/// which only a pose brings out, the angles are drawn uniformly between the bounds of the joints, within a quarter turn to either side where there are none.
 ///
 /// Errors: a model that is quantised already, an element type that coefficients cannot have, coefficients beyond 65504 for [`ElementType::F16`].
 pub fn quantise(model: &Model<'_>, element: ElementType) -> Result<(Vec<u8>, QuantisationError), Error> {
@@ -136,7 +139,7 @@ fn file(
 fn drawn(model: &Model<'_>, seed: u64, dims: [usize; 2]) -> [Vec<f32>; 2] {
     let mut random = ChaCha12Rng::seed_from_u64(seed);
     let skinned = model.header().kind == Kind::Skinned;
-    [Mode::Identity, Mode::Pose].map(|mode| {
+    let mut weights = [Mode::Identity, Mode::Pose].map(|mode| {
         let spread = model.spread(mode);
         let dim = if mode == Mode::Identity { dims[0] } else { dims[1] };
         let weight = |k: usize| {
@@ -149,8 +152,18 @@ fn drawn(model: &Model<'_>, seed: u64, dims: [usize; 2]) -> [Vec<f32>; 2] {
                 None => deviate,
             }
         };
-        (0..dim).map(weight).collect()
-    })
+        (0..dim).map(weight).collect::<Vec<f32>>()
+    });
+    if skinned && model.header().pose_linear {
+        let bounds = model.pose_bounds();
+        for (k, angle) in weights[1].iter_mut().enumerate() {
+            let of_file = bounds.and_then(|(lower, upper)| Some((lower.get(k)?, upper.get(k)?)));
+            let (low, high) = of_file.unwrap_or((-FRAC_PI_2, FRAC_PI_2));
+            // Bounds that do not stand in order leave no choice.
+            *angle = Uniform::new_inclusive(low, high).map_or(low, |within| within.sample(&mut random));
+        }
+    }
+    weights
 }
 
 fn measured(original: &Model<'_>, quantised: &Model<'_>) -> Result<QuantisationError, Error> {
@@ -181,4 +194,41 @@ fn measured(original: &Model<'_>, quantised: &Model<'_>) -> Result<QuantisationE
         .fold([0.0, 0.0, 0.0f64], |[sum, squares, most], one| [sum + one[0], squares + one[1], most.max(one[2])]);
     let count = (SAMPLES * n) as f64;
     Ok(QuantisationError { mean_mm: totals[0] / count, rms_mm: (totals[1] / count).sqrt(), largest_mm: totals[2] })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::model::samples::{corrected_body, firmware_model, plain_body};
+
+    /// A body whose corrective terms are ten times as large as its components is not measured in the only pose that hides them.
+    #[test]
+    fn corrective_terms_are_measured_in_poses_within_the_bounds() {
+        let body = corrected_body();
+        let corrected = Model::open(&body).expect("a model");
+        for seed in 0..SAMPLES as u64 {
+            let [_, pose] = drawn(&corrected, seed, [2, 2]);
+            assert!(pose[0].abs() <= std::f32::consts::PI && (0.5..=1.5).contains(&pose[1]), "{pose:?}");
+            assert!(pose[0] != 0.0);
+        }
+        let body = plain_body();
+        let plain = Model::open(&body).expect("a model");
+        assert_eq!(drawn(&plain, 3, [2, 2])[1], [0.0; 2]);
+        // The identities are the same.
+        assert_eq!(drawn(&plain, 3, [2, 2])[0], drawn(&corrected, 3, [2, 2])[0]);
+        let mean = |model: &Model<'_>| quantise(model, ElementType::I8).expect("quantised").1.mean_mm;
+        assert!(mean(&corrected) > 1.5 * mean(&plain), "{} {}", mean(&corrected), mean(&plain));
+    }
+
+    /// The figures of models without corrective terms are what they were: the files of the firmware were made with them.
+    #[test]
+    fn other_figures_do_not_move() {
+        for kind in ["small", "linear", "body", "wavelet"] {
+            for (storage, element) in [("f16", ElementType::F16), ("i8", ElementType::I8)] {
+                let bytes = firmware_model(kind);
+                let (file, _) = quantise(&Model::open(&bytes).expect("a model"), element).expect("quantised");
+                assert!(file == firmware_model(&format!("{kind}-{storage}")), "{kind} {storage}");
+            }
+        }
+    }
 }

@@ -3,7 +3,7 @@
 //! Positions and derivatives are taken once ([`linearise_parallel`]) and laid out vertex by vertex: the points of a scan meet the vertices in no
 //! order, and each costs one run of numbers.
 
-use habitus_core::generator::bilinear::Bilinear;
+use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::{At, Block, Generator, LANES, NUMBERS, Weights};
 use rayon::prelude::*;
 
@@ -29,7 +29,19 @@ pub(super) struct Held {
 
 impl Held {
     /// The generator at the weights of `state`, of which the first `identity_dim` identity weights stay free.
-    pub(super) fn new(generator: &Bilinear<'_>, state: &State, identity_dim: usize) -> Result<Self, Error> {
+    ///
+    /// Errors: another kind than a bilinear one, see [`super::start::bilinear`].
+    pub(super) fn new(generator: &AnyGenerator<'_>, state: &State, identity_dim: usize) -> Result<Self, Error> {
+        match generator {
+            AnyGenerator::BilinearF32(generator) => Self::of(generator, state, identity_dim),
+            AnyGenerator::BilinearF16(generator) => Self::of(generator, state, identity_dim),
+            AnyGenerator::BilinearI8(generator) => Self::of(generator, state, identity_dim),
+            _ => Err(Error::Internal("a fit of a model that is not bilinear".into())),
+        }
+    }
+
+    /// The same with the kernels of one storage.
+    fn of<G: Generator + Sync>(generator: &G, state: &State, identity_dim: usize) -> Result<Self, Error> {
         let (blocks, all) = (generator.block_count(), generator.dim());
         let mut values = vec![0.0; blocks * NUMBERS];
         let mut jacobian = vec![0.0; blocks * NUMBERS * all];

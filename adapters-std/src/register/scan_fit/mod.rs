@@ -23,6 +23,7 @@ mod target;
 
 pub use named::in_model_order;
 pub use options::ScanFitOptions;
+pub use start::expect_bilinear;
 
 use habitus_core::fit::Frame;
 use habitus_core::format::Model;
@@ -119,6 +120,7 @@ pub fn fit_scan_watched(
     watch: &mut dyn FnMut(Stage),
 ) -> Result<ScanFit, Error> {
     watch(Stage::Start);
+    let generator = bilinear(model)?;
     scan.check()?;
     let faces: Vec<[u32; 3]> = model.faces().map(|faces| faces.iter().collect()).unwrap_or_default();
     if faces.is_empty() {
@@ -127,7 +129,6 @@ pub fn fit_scan_watched(
         ));
     }
     let priors = Priors::of(model)?;
-    let generator = bilinear(model)?;
     let start = Start::new(model, &priors, landmarks, options.unit, options.landmark_sigma)?;
     watch(Stage::Target);
     let target = Target::new(scan, &start.region, options.cell, options.max_points, options.coherence)?;

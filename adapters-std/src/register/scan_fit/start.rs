@@ -1,7 +1,8 @@
 //! Where a fit begins: unit and placement of the scan from its landmarks, and the sides of the landmarks.
 
 use habitus_core::fit::{Frame, Sample, SurfacePoint};
-use habitus_core::format::Model;
+use habitus_core::format::{Kind, Model};
+use habitus_core::generator::any::AnyGenerator;
 use habitus_core::rotation::similarity::Similarity;
 
 use super::held::Held;
@@ -149,8 +150,24 @@ fn far_landmarks(name: &dyn Fn(usize) -> String, distances: &[f64], residual: f6
     ))
 }
 
-pub(super) fn bilinear<'a>(model: &Model<'a>) -> Result<habitus_core::generator::bilinear::Bilinear<'a>, Error> {
-    model.bilinear().map_err(|error| Error::Kernel { what: "the model cannot be evaluated".into(), error })
+/// `Ok` for a model of the kind that scans are fitted with.
+///
+/// # Errors
+/// [`Error::Input`] for another.
+pub fn expect_bilinear(model: &Model<'_>) -> Result<(), Error> {
+    let kind = model.header().kind;
+    if kind == Kind::Bilinear {
+        return Ok(());
+    }
+    Err(Error::input(format!(
+        "the model is of the kind {kind:?}; scans are fitted with bilinear models, which habitus train face makes"
+    )))
+}
+
+/// The generator of a bilinear model, however its coefficients are stored.
+pub(super) fn bilinear<'a>(model: &Model<'a>) -> Result<AnyGenerator<'a>, Error> {
+    expect_bilinear(model)?;
+    model.generator().map_err(|error| Error::Kernel { what: "the model cannot be evaluated".into(), error })
 }
 
 /// Samples of the landmarks with the standard deviation `sigma` (mm per axis), less for those that lie far off.
