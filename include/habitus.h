@@ -94,6 +94,8 @@ enum {
     HAB_WRONG_KIND = 502,
     /* The vertices share a state of {first} floats: use hab_evaluation_init. */
     HAB_NEEDS_EVALUATION = 511,
+    /* The model has no section {first}, a covariance: use hab_fit_levels, or HAB_PRIOR_BOX. */
+    HAB_NEEDS_LEVELS = 512,
     /* A fault of this library; please report it. */
     HAB_INTERNAL = 901,
 };
@@ -380,7 +382,7 @@ enum hab_prior {
      */
     HAB_PRIOR_NONE = 0,
     /**
-     * The Gaussian of the training data; its energy is multiplied by the factor.
+     * The Gaussian of the training data; its energy is multiplied by the factor. Wavelet models have none (HAB_NEEDS_LEVELS): take hab_fit_levels, or a box.
      */
     HAB_PRIOR_GAUSSIAN = 1,
     /**
@@ -483,11 +485,11 @@ typedef struct hab_counts {
      */
     uint32_t pose_dim;
     /**
-     * Triangles; 0 when the file has none.
+     * Triangles; 0 when the file has none, and while a wavelet model has fewer vertices than its file (hab_model_set_levels).
      */
     uint32_t n_faces;
     /**
-     * Landmarks; 0 when the file has none.
+     * Landmarks; 0 likewise.
      */
     uint32_t n_landmarks;
     /**
@@ -953,6 +955,9 @@ hab_code hab_model_find_section(const struct hab_model *model,
 /**
  * Copies integers of a section in the byte order of this machine: triangles (three a face), landmark vertices, mirror vertices, parents of joints.
  *
+ * Triangles, landmarks and mirror speak of the vertices of the whole surface. While a wavelet model has fewer (hab_model_set_levels, hab_model_set_window) they have no elements here; a copy of the hab_model
+ * from before still gives them, and hab_model_find_section their bytes.
+ *
  * Returns HAB_OK, HAB_UNSUPPORTED when the file has no such section, HAB_BAD_OPTION (2) when its elements are no integers, HAB_INDEX_OUT_OF_RANGE when
  * first + values_len exceeds its elements, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
  *
@@ -1314,8 +1319,8 @@ hab_code hab_model_fit_workspace_bytes(const struct hab_model *model,
  * its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
  * factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
  *
- * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
- * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics or bounds for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
+ * Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY (also while a wavelet model has not all its vertices), HAB_DEGENERATE (fewer than three landmarks, or on
+ * a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics or bounds for a prior), HAB_NEEDS_LEVELS (a Gaussian prior of a wavelet model), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
  * HAB_BAD_LENGTH.
  *
  * Requires: `model` was opened, `prepared` is null or was made by hab_prepared_init; the others point to as many elements as are said; `report` and `detail` are null or can be written.
@@ -1378,6 +1383,10 @@ hab_code hab_model_grid(const struct hab_model *model,
  * counts of the model change with it; the weights are a prefix of those of more levels. A window is given up. A model that is opened has all levels. No other thread
  * may use the hab_model meanwhile.
  *
+ * Triangles, landmarks and mirror of the file speak of the whole surface. While the vertices are fewer, their counts are 0, hab_model_read_u32 finds none of their elements, and hab_fit_landmarks returns
+ * HAB_EMPTY; with the finest resolution and no window they are there, whatever detail_level is. The vertices are a grid in rows, see hab_grid: vertex v of resolution r lies at the node of the whole surface in column
+ * (v % n_columns) << (levels - r) and row (v / n_columns) << (levels - r).
+ *
  * Returns HAB_OK, HAB_INDEX_OUT_OF_RANGE for a level that the grid has not, HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED,
  * HAB_MISALIGNED, HAB_OVERLAP.
  *
@@ -1433,7 +1442,7 @@ hab_code hab_fit_levels_workspace_bytes(const struct hab_model *model,
  * Finds weights of a wavelet model from points on its vertices, level by level and one coefficient at a time, coarse to fine: thousands of small problems instead of one large
  * one. Weights of other levels, and of coefficients that no sample reaches, stay.
  *
- * samples are at vertices, one barycentric weight being 1; those of a model's landmarks are HAB_SECTION_LANDMARKS, vertices of the whole surface. identity and pose hold the start (commonly
+ * samples are at vertices of the surface as it is evaluated (hab_model_set_levels, hab_model_set_window), one barycentric weight being 1; those of a model's landmarks are HAB_SECTION_LANDMARKS, vertices of the whole surface. identity and pose hold the start (commonly
  * hab_model_weights with deviations of 0) and receive the result; so does placement, whose start counts only for HAB_FRAME_FIXED. The workspace has
  * hab_fit_levels_workspace_bytes. report may be null.
  *

@@ -842,11 +842,12 @@ public:
         }
         return found;
     }
-    /// Weights up to level `detail_level` alone and the surface at level `resolution`, from now on; what was begun or prepared stays as it is.
+    /// Weights up to level `detail_level` alone and the surface at level `resolution`, from now on; what was begun or prepared stays as it is. While
+    /// the vertices are fewer than the file's, there are no faces and no landmarks: they speak of the whole surface, as a copy from before has it.
     result<void> set_levels(std::uint32_t detail_level, std::uint32_t resolution) noexcept {
         return altered([&](hab_error_detail* reason) { return hab_model_set_levels(&model_, detail_level, resolution, reason); });
     }
-    /// A rectangle of nodes alone, from now on.
+    /// A rectangle of nodes alone, from now on; without faces and landmarks, as set_levels.
     result<void> set_window(std::uint32_t first_column, std::uint32_t n_columns, std::uint32_t first_row, std::uint32_t n_rows) noexcept {
         return altered([&](hab_error_detail* reason) {
             return hab_model_set_window(&model_, first_column, n_columns, first_row, n_rows, reason);

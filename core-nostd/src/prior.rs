@@ -1,7 +1,7 @@
 //! Priors on the weights of a mode (Wuhrer, definition 6 and ch. 8, 9, 12): a Gaussian or a box.
 
 use crate::Error;
-use crate::format::{Floats, Gaussian};
+use crate::format::{Floats, Gaussian, Spread};
 use crate::linalg::{at, set};
 use crate::workspace::check_len;
 
@@ -12,8 +12,9 @@ pub enum Prior<'a> {
     None,
     /// Gaussian of the training data; its energy `(w - m)^T P (w - m)` is added, times the factor.
     Gaussian(Gaussian<'a>, f32),
-    /// Uniform within so many standard deviations of the mean, each weight alone (box prior).
-    Box(Gaussian<'a>, f32),
+    /// Uniform within so many standard deviations of the mean, each weight alone (box prior). Means of more weights are left over: those of a wavelet
+    /// model's finer levels.
+    Box(Spread<'a>, f32),
     /// Uniform between a lower and an upper bound of each weight: the limits of a body's angles (ch. 9), see
     /// [`Model::pose_bounds`](crate::format::Model::pose_bounds).
     Bounds(Floats<'a>, Floats<'a>),
@@ -33,11 +34,16 @@ impl Prior<'_> {
                 let ordered = lower.iter().zip(upper.iter()).all(|(lower, upper)| lower <= upper);
                 if ordered { Ok(()) } else { Err(Error::BadOption { option: 1 }) }
             }
-            Prior::Gaussian(gaussian, factor) | Prior::Box(gaussian, factor) => {
+            Prior::Gaussian(gaussian, factor) => {
                 check_len(dim, gaussian.mean.len())?;
                 check_len(dim, gaussian.scale.len())?;
                 check_len(dim.saturating_mul(dim), gaussian.precision.len())?;
-                if *factor > 0.0 && factor.is_finite() { Ok(()) } else { Err(Error::BadOption { option: 1 }) }
+                check_factor(*factor)
+            }
+            Prior::Box(Spread { mean, scale }, factor) => {
+                check_len(dim, dim.min(mean.len()))?;
+                check_len(dim, dim.min(scale.len()))?;
+                check_factor(*factor)
             }
         }
     }
@@ -46,9 +52,9 @@ impl Prior<'_> {
     pub fn write_bounds(&self, lower: &mut [f32], upper: &mut [f32]) {
         for (index, (lower, upper)) in lower.iter_mut().zip(upper).enumerate() {
             (*lower, *upper) = match self {
-                Prior::Box(gaussian, factor) => {
-                    let mean = gaussian.mean.get(index).unwrap_or(0.0);
-                    let width = gaussian.scale.get(index).unwrap_or(0.0) * *factor;
+                Prior::Box(spread, factor) => {
+                    let mean = spread.mean.get(index).unwrap_or(0.0);
+                    let width = spread.scale.get(index).unwrap_or(0.0) * *factor;
                     (mean - width, mean + width)
                 }
                 Prior::Bounds(low, high) => {
@@ -83,6 +89,10 @@ impl Prior<'_> {
     }
 }
 
+fn check_factor(factor: f32) -> Result<(), Error> {
+    if factor > 0.0 && factor.is_finite() { Ok(()) } else { Err(Error::BadOption { option: 1 }) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -99,6 +109,19 @@ mod tests {
         let (mut jtj, mut jtr) = ([1.0; 4], [1.0; 2]);
         assert_eq!(prior.add_to(&[5.0, 5.0], &mut jtj, &mut jtr, 2, 0), 0.0);
         assert_eq!((jtj, jtr), ([1.0; 4], [1.0; 2]));
+    }
+
+    #[test]
+    fn a_box_takes_a_prefix_of_the_means_and_refuses_fewer() {
+        let [mean, scale] = [bytes_of(&[1.0, -2.0, 9.0]), bytes_of(&[0.5, 1.0, 9.0])];
+        let prior = Prior::Box(Spread { mean: Floats::new(&mean), scale: Floats::new(&scale) }, 2.0);
+        assert_eq!((prior.check(3), prior.check(2)), (Ok(()), Ok(())));
+        assert_eq!(prior.check(4), Err(Error::DimensionMismatch { expected: 4, found: 3 }));
+        let (mut low, mut high) = ([7.0; 2], [7.0; 2]);
+        prior.write_bounds(&mut low, &mut high);
+        assert_eq!((low, high), ([0.0, -4.0], [2.0, 0.0]));
+        let short = Spread { mean: Floats::new(&mean), scale: Floats::new(&scale).part(0, 1).unwrap() };
+        assert_eq!(Prior::Box(short, 2.0).check(2), Err(Error::DimensionMismatch { expected: 2, found: 1 }));
     }
 
     #[test]

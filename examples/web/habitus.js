@@ -52,6 +52,7 @@
     HAB_UNSUPPORTED: 501,
     HAB_WRONG_KIND: 502,
     HAB_NEEDS_EVALUATION: 511,
+    HAB_NEEDS_LEVELS: 512,
     HAB_INTERNAL: 901,
     HAB_ABI_VERSION: 1,
     HAB_NO_PARENT: 4294967295,
@@ -675,12 +676,12 @@
       this.#struct = 0;
     }
 
-    /** Triangles, three vertices each, counter-clockwise from outside; none if the file has none. */
+    /** Triangles, three vertices each, counter-clockwise from outside; none if the file has none, and while a wavelet model has fewer vertices than its file. */
     faces() {
       return this.#counts.nFaces > 0 ? this.readU32(CONSTANTS.HAB_SECTION_FACES) : new Uint32Array(0);
     }
 
-    /** Vertex of each landmark; none if the file has none. */
+    /** Vertex of each landmark; none likewise. */
     landmarks() {
       return this.#counts.nLandmarks > 0 ? this.readU32(CONSTANTS.HAB_SECTION_LANDMARKS) : new Uint32Array(0);
     }
@@ -752,14 +753,17 @@
       });
     }
 
-    /** Weights of a wavelet model up to level `detail` alone, and its surface as it is at level `resolution`, from now on; a window is given up. */
+    /**
+     * Weights of a wavelet model up to level `detail` alone, and its surface as it is at level `resolution`, from now on; a window is given up. While the vertices
+     * are fewer than the file's, faces() and landmarks() are empty: they speak of the whole surface.
+     */
     setLevels(detail, resolution) {
       const levels = [index(detail, "detail"), index(resolution, "resolution")];
       this.#kernel.framed((_, errorDetail) => this.#call("hab_model_set_levels", ...levels, errorDetail));
       this.#counts = this.#counted();
     }
 
-    /** A rectangle of nodes of a wavelet model's surface alone, from now on: they are the vertices, in rows. */
+    /** A rectangle of nodes of a wavelet model's surface alone, from now on: they are the vertices, in rows, without faces and landmarks, as in setLevels. */
     setWindow(firstColumn, nColumns, firstRow, nRows) {
       const numbers = Object.entries({ firstColumn, nColumns, firstRow, nRows }).map(([what, value]) => index(value, what));
       this.#kernel.framed((_, detail) => this.#call("hab_model_set_window", ...numbers, detail));

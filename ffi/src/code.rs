@@ -106,6 +106,8 @@ codes! {
     HAB_WRONG_KIND = 502,
     /// The vertices share a state of {first} floats: use hab_evaluation_init.
     HAB_NEEDS_EVALUATION = 511,
+    /// The model has no section {first}, a covariance: use hab_fit_levels, or HAB_PRIOR_BOX.
+    HAB_NEEDS_LEVELS = 512,
     /// A fault of this library; please report it.
     HAB_INTERNAL = 901,
 }
@@ -136,6 +138,7 @@ pub(crate) enum Refusal {
     BadLength { argument: u32 },
     Length { argument: u32, expected: usize, found: usize },
     NeedsEvaluation { floats: usize },
+    NeedsLevels { section: u32 },
     Internal,
 }
 
@@ -162,6 +165,7 @@ impl Refusal {
             Refusal::NeedsEvaluation { floats } => {
                 (hab_code::HAB_NEEDS_EVALUATION, [u32::try_from(floats).unwrap_or(u32::MAX), 0])
             }
+            Refusal::NeedsLevels { section } => (hab_code::HAB_NEEDS_LEVELS, [section, 0]),
             Refusal::Internal => (hab_code::HAB_INTERNAL, [0, 0]),
         }
     }
@@ -169,7 +173,7 @@ impl Refusal {
     /// The argument that it speaks of, from 1; 0 for none.
     pub(crate) fn argument(self) -> u32 {
         match self {
-            Refusal::Kernel(_) | Refusal::NeedsEvaluation { .. } | Refusal::Internal => 0,
+            Refusal::Kernel(_) | Refusal::NeedsEvaluation { .. } | Refusal::NeedsLevels { .. } | Refusal::Internal => 0,
             Refusal::Overlap { arguments: [argument, _] }
             | Refusal::NullPointer { argument }
             | Refusal::NotOpened { argument }

@@ -34,7 +34,7 @@ pub enum hab_frame {
 pub enum hab_prior {
     /// Nothing: the data must determine every weight.
     HAB_PRIOR_NONE = 0,
-    /// The Gaussian of the training data; its energy is multiplied by the factor.
+    /// The Gaussian of the training data; its energy is multiplied by the factor. Wavelet models have none (HAB_NEEDS_LEVELS): take hab_fit_levels, or a box.
     HAB_PRIOR_GAUSSIAN = 1,
     /// Each weight within so many standard deviations of its mean as the factor says.
     HAB_PRIOR_BOX = 2,
@@ -215,8 +215,8 @@ pub unsafe extern "C" fn hab_model_fit_workspace_bytes(
 /// its poses (HAB_SECTION_POSE_STARTS). Never start with both modes at zero: in a bilinear model no derivative leads away from there. In a multilinear model identity times a
 /// factor and pose divided by it give the same shape, and only the priors choose between them: compare shapes, not weights.
 ///
-/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY, HAB_DEGENERATE (fewer than three landmarks, or on
-/// a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics or bounds for a prior), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
+/// Returns HAB_OK, HAB_DIMENSION_MISMATCH, HAB_INDEX_OUT_OF_RANGE, HAB_NOT_FINITE (first: the weight, or the landmark; 0 also when sums overflow), HAB_BAD_OPTION, HAB_EMPTY (also while a wavelet model has not all its vertices), HAB_DEGENERATE (fewer than three landmarks, or on
+/// a line), HAB_WORKSPACE_TOO_SMALL, HAB_NON_POSITIVE_PIVOT, HAB_UNSUPPORTED (no landmarks, or no statistics or bounds for a prior), HAB_NEEDS_LEVELS (a Gaussian prior of a wavelet model), HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_BAD_STRUCT, HAB_MISALIGNED, HAB_OVERLAP,
 /// HAB_BAD_LENGTH.
 ///
 /// # Safety
@@ -258,7 +258,7 @@ pub unsafe extern "C" fn hab_fit_landmarks(
         let options = unsafe { checked_options(&options)? };
         // SAFETY: the caller's promise.
         let (targets, measured) = unsafe { (targets.slice(), measured.slice()) };
-        let landmarks = Landmarks::new(shape.model(), targets, measured)?;
+        let landmarks = Landmarks::new(shape.opened(), targets, measured)?;
         // SAFETY: the caller's promise.
         unsafe { fitted(&shape, &options, &Measurements::Landmarks(landmarks), &memory) }
     };
@@ -418,11 +418,16 @@ unsafe fn fitted(
 
 /// The prior of a mode; none for a mode that is fixed.
 fn prior<'a>(shape: &Shape<'a>, mode: Mode, options: &hab_fit_options) -> Result<Prior<'a>, Refusal> {
-    let (dim, kind, factor, section) = match mode {
-        Mode::Identity => {
-            (shape.identity_dim(), options.identity_prior, options.identity_factor, SectionId::IdentityMean)
+    let (dim, kind, factor, [mean, precision]) = match mode {
+        Mode::Identity => (
+            shape.identity_dim(),
+            options.identity_prior,
+            options.identity_factor,
+            [SectionId::IdentityMean, SectionId::IdentityPrecision],
+        ),
+        Mode::Pose => {
+            (shape.pose_dim(), options.pose_prior, options.pose_factor, [SectionId::PoseMean, SectionId::PosePrecision])
         }
-        Mode::Pose => (shape.pose_dim(), options.pose_prior, options.pose_factor, SectionId::PoseMean),
     };
     if kind == hab_prior::HAB_PRIOR_NONE as u32 || dim == 0 {
         return Ok(Prior::None);
@@ -432,12 +437,13 @@ fn prior<'a>(shape: &Shape<'a>, mode: Mode, options: &hab_fit_options) -> Result
         let (lower, upper) = shape.model().pose_bounds().ok_or(absent)?;
         return Ok(Prior::Bounds(lower, upper));
     }
-    let gaussian = shape.model().gaussian(mode).ok_or(Error::Unsupported { section: section as u32 })?;
-    Ok(if kind == hab_prior::HAB_PRIOR_BOX as u32 {
-        Prior::Box(gaussian, factor)
-    } else {
-        Prior::Gaussian(gaussian, factor)
-    })
+    let spread = shape.model().spread(mode).ok_or(Error::Unsupported { section: mean as u32 })?;
+    if kind == hab_prior::HAB_PRIOR_BOX as u32 {
+        return Ok(Prior::Box(spread, factor));
+    }
+    // Only wavelet models have means without a covariance.
+    let gaussian = shape.model().gaussian(mode).ok_or(Refusal::NeedsLevels { section: precision as u32 })?;
+    Ok(Prior::Gaussian(gaussian, factor))
 }
 
 /// A scale above zero and a rotation: rows of unit length at right angles to 0.001, right-handed.

@@ -2,10 +2,11 @@
 
 use habitus_core::Error;
 use habitus_core::fit::{Sample, Samples, SurfacePoint};
-use habitus_core::format::{Indices, Model, SectionId};
+use habitus_core::format::{Indices, SectionId};
 
 use crate::code::{Refusal, length};
 use crate::fit::hab_sample;
+use crate::model::Opened;
 
 /// C's landmarks as samples.
 pub(crate) struct Landmarks<'a> {
@@ -15,9 +16,12 @@ pub(crate) struct Landmarks<'a> {
 }
 
 impl<'a> Landmarks<'a> {
-    pub(crate) fn new(model: &Model<'a>, targets: &'a [f32], measured: &'a [u8]) -> Result<Self, Refusal> {
+    pub(crate) fn new(opened: &Opened, targets: &'a [f32], measured: &'a [u8]) -> Result<Self, Refusal> {
         let unsupported = Error::Unsupported { section: SectionId::Landmarks as u32 };
-        let vertices = model.landmarks().ok_or(unsupported)?;
+        let vertices = opened.model.landmarks().ok_or(unsupported)?;
+        if !opened.is_whole() {
+            return Err(Refusal::Kernel(Error::Empty));
+        }
         length(4, 3 * vertices.len(), targets.len())?;
         if !measured.is_empty() {
             length(6, vertices.len(), measured.len())?;

@@ -39,6 +39,14 @@ impl Content for Opened {
 
 const _: () = Opened::FITS;
 
+impl Opened {
+    /// Whether the vertices are those that the file's triangles, landmarks and mirror speak of: not while a wavelet model is evaluated coarser or through a
+    /// window, which has fewer.
+    pub(crate) fn is_whole(&self) -> bool {
+        self.generator.vertex_count() == self.model.header().n_vertices as usize
+    }
+}
+
 /// One of the two groups of weights; functions take it as a uint32_t.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u32)]
@@ -77,9 +85,9 @@ pub struct hab_counts {
     pub identity_dim: u32,
     /// Pose weights, likewise.
     pub pose_dim: u32,
-    /// Triangles; 0 when the file has none.
+    /// Triangles; 0 when the file has none, and while a wavelet model has fewer vertices than its file (hab_model_set_levels).
     pub n_faces: u32,
-    /// Landmarks; 0 when the file has none.
+    /// Landmarks; 0 likewise.
     pub n_landmarks: u32,
     /// Poses of the training data (expressions of a face) that the file keeps as starting points; 0 when it has none.
     pub n_poses: u32,
@@ -195,7 +203,8 @@ pub unsafe extern "C" fn hab_model_counts(
     let body = |arguments: &mut Arguments| {
         let out = arguments.out_object(2, counts);
         // SAFETY: the caller's promise.
-        let Opened { model, generator, .. } = unsafe { opened(arguments, 1, model)? };
+        let of = unsafe { opened(arguments, 1, model)? };
+        let Opened { model, generator, .. } = of;
         // SAFETY: the caller's promise.
         let struct_bytes = unsafe { (&raw const (*out.pointer()).struct_bytes).read() };
         if struct_bytes as usize != size_of::<hab_counts>() {
@@ -203,6 +212,7 @@ pub unsafe extern "C" fn hab_model_counts(
         }
         let header = model.header();
         let count = |len: usize| u32::try_from(len).unwrap_or(u32::MAX);
+        let (faces, landmarks) = if of.is_whole() { (model.faces(), model.landmarks()) } else { (None, None) };
         let starts = model.pose_starts().map_or(0, |starts| starts.len());
         let counts = hab_counts {
             struct_bytes,
@@ -210,8 +220,8 @@ pub unsafe extern "C" fn hab_model_counts(
             n_vertices: count(generator.vertex_count()),
             identity_dim: count(generator.identity_dim()),
             pose_dim: count(generator.pose_dim()),
-            n_faces: count(model.faces().map_or(0, |faces| faces.len())),
-            n_landmarks: count(model.landmarks().map_or(0, |landmarks| landmarks.len())),
+            n_faces: count(faces.map_or(0, |faces| faces.len())),
+            n_landmarks: count(landmarks.map_or(0, |landmarks| landmarks.len())),
             n_poses: count(starts.checked_div(header.pose_dim as usize).unwrap_or(0)),
             n_sections: count(model.sections().iter().count()),
             n_blocks: count(generator.block_count()),

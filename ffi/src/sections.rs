@@ -195,6 +195,9 @@ fn found(opened: &Opened, section: u32) -> Result<Section<'static>, Error> {
 
 /// Copies integers of a section in the byte order of this machine: triangles (three a face), landmark vertices, mirror vertices, parents of joints.
 ///
+/// Triangles, landmarks and mirror speak of the vertices of the whole surface. While a wavelet model has fewer (hab_model_set_levels, hab_model_set_window) they have no elements here; a copy of the hab_model
+/// from before still gives them, and hab_model_find_section their bytes.
+///
 /// Returns HAB_OK, HAB_UNSUPPORTED when the file has no such section, HAB_BAD_OPTION (2) when its elements are no integers, HAB_INDEX_OUT_OF_RANGE when
 /// first + values_len exceeds its elements, HAB_NULL_POINTER, HAB_NOT_OPENED, HAB_MISALIGNED, HAB_OVERLAP, HAB_BAD_LENGTH.
 ///
@@ -251,7 +254,13 @@ unsafe fn read<T>(
         if section.element != element {
             return Err(Refusal::Kernel(Error::BadOption { option: 2 }));
         }
-        let (elements, _) = section.bytes.as_chunks::<4>();
+        let speaks_of_vertices = matches!(
+            SectionId::from_u32(section_id),
+            Some(SectionId::Faces | SectionId::Landmarks | SectionId::Mirror)
+        );
+        // Indices of vertices that are not there would be read beyond the positions.
+        let bytes = if speaks_of_vertices && !opened.is_whole() { &[] } else { section.bytes };
+        let (elements, _) = bytes.as_chunks::<4>();
         let part = first.checked_add(values_len).and_then(|end| elements.get(first..end));
         let limit = u32::try_from(elements.len()).unwrap_or(u32::MAX);
         let index = u32::try_from(first.saturating_add(values_len)).unwrap_or(u32::MAX);

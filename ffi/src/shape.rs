@@ -51,6 +51,10 @@ impl<'a> Shape<'a> {
         Ok(Shape { opened, form: Some(form) })
     }
 
+    pub(crate) fn opened(&self) -> &'a Opened {
+        self.opened
+    }
+
     pub(crate) fn model(&self) -> &'a Model<'static> {
         &self.opened.model
     }

@@ -177,6 +177,10 @@ fn described<'a, S: Storage<'a>>(of: &Multiscale<Stored<'a, S>>) -> hab_grid {
 /// counts of the model change with it; the weights are a prefix of those of more levels. A window is given up. A model that is opened has all levels. No other thread
 /// may use the hab_model meanwhile.
 ///
+/// Triangles, landmarks and mirror of the file speak of the whole surface. While the vertices are fewer, their counts are 0, hab_model_read_u32 finds none of their elements, and hab_fit_landmarks returns
+/// HAB_EMPTY; with the finest resolution and no window they are there, whatever detail_level is. The vertices are a grid in rows, see hab_grid: vertex v of resolution r lies at the node of the whole surface in column
+/// (v % n_columns) << (levels - r) and row (v / n_columns) << (levels - r).
+///
 /// Returns HAB_OK, HAB_INDEX_OUT_OF_RANGE for a level that the grid has not, HAB_WRONG_KIND when the model is no wavelet model, HAB_NULL_POINTER, HAB_NOT_OPENED,
 /// HAB_MISALIGNED, HAB_OVERLAP.
 ///
@@ -294,7 +298,7 @@ fn levels(first: u32, count: u32) -> core::ops::Range<usize> {
 /// Finds weights of a wavelet model from points on its vertices, level by level and one coefficient at a time, coarse to fine: thousands of small problems instead of one large
 /// one. Weights of other levels, and of coefficients that no sample reaches, stay.
 ///
-/// samples are at vertices, one barycentric weight being 1; those of a model's landmarks are HAB_SECTION_LANDMARKS, vertices of the whole surface. identity and pose hold the start (commonly
+/// samples are at vertices of the surface as it is evaluated (hab_model_set_levels, hab_model_set_window), one barycentric weight being 1; those of a model's landmarks are HAB_SECTION_LANDMARKS, vertices of the whole surface. identity and pose hold the start (commonly
 /// hab_model_weights with deviations of 0) and receive the result; so does placement, whose start counts only for HAB_FRAME_FIXED. The workspace has
 /// hab_fit_levels_workspace_bytes. report may be null.
 ///

@@ -232,7 +232,7 @@ impl Case {
     pub fn core_options<'a>(&self, model: &Model<'a>) -> FitOptions<'a> {
         let of = |mode: Mode, (kind, factor): (u8, f32)| match (kind, model.gaussian(mode)) {
             (1, Some(gaussian)) => prior::Prior::Gaussian(gaussian, factor),
-            (2, Some(gaussian)) => prior::Prior::Box(gaussian, factor),
+            (2, Some(gaussian)) => prior::Prior::Box(gaussian.spread(), factor),
             _ => prior::Prior::None,
         };
         let Limits { max_iterations, relative_decrease, damping } = self.limits;

@@ -1,7 +1,7 @@
 /* What the functions of habitus.h answer when they are used wrongly. Prints a table: the call, the code returned, whether everything that the
  * call could have written is untouched. Fails unless each code is the expected one and everything is untouched.
  *
- *     misuse MODEL.hab BODY.hab
+ *     misuse MODEL.hab BODY.hab WAVELET.hab
  *
  * Before each row the outputs are filled with a pattern and the inputs with something sound; the row spoils one thing. */
 #include "habitus.h"
@@ -57,6 +57,8 @@ static struct inputs {
     hab_level_options level_options;
     hab_model model;
     hab_model body;
+    hab_model wavelet;
+    hab_model coarse;
     hab_prepared form;
     hab_prepared person;
     hab_evaluation evaluation;
@@ -70,6 +72,10 @@ static uint8_t body_file[MAX_FILE];
 static float person_workspace[4096], body_workspace[HAB_SKINNED_WORKSPACE_BYTES(MAX_WEIGHTS, MAX_WEIGHTS, MAX_JOINTS, 1) / sizeof(float)];
 static hab_counts counts, body_counts;
 static size_t body_len, bi, bp;
+/* The wavelet model's file; in.coarse is the same model, coarser. */
+static uint8_t wavelet_file[MAX_FILE];
+static hab_counts wavelet_counts;
+static size_t wavelet_len;
 static size_t file_len, ni, np, nl, nv;
 static hab_error_detail detail;
 static int n_rows, n_faults;
@@ -332,6 +338,25 @@ static hab_code positions_of(uint32_t first, uint32_t count, float *positions, s
 static hab_code fit_levels(const hab_sample *samples, size_t n, size_t n_identity) {
     return hab_fit_levels(&in.model, &in.level_options, samples, n, out.identity, n_identity, out.pose, np, &out.placement, out.workspace,
                           sizeof out.workspace, &out.level_report, &detail);
+}
+
+/* Fits landmarks of a wavelet model with what a fit to a face is given: none of the rows gets as far as the weights, which are others. */
+static hab_code fit_wavelet(const hab_model *model, size_t n_landmarks) {
+    return hab_fit_landmarks(model, NULL, &in.options, in.targets, 3 * n_landmarks, NULL, 0, out.identity, ni, out.pose, np, &out.placement,
+                             out.workspace, sizeof out.workspace, &out.report, &detail);
+}
+
+/* What a wavelet model has not, or not while it has fewer vertices than its file. */
+static void rows_of_parts(void) {
+    const size_t n = wavelet_counts.n_landmarks;
+    ROW("read_u32: triangles of a coarse surface", NOTHING, HAB_INDEX_OUT_OF_RANGE,
+        hab_model_read_u32(&in.coarse, HAB_SECTION_FACES, 0, out.indices, 3, &detail));
+    ROW("read_u32: landmarks of a coarse surface", NOTHING, HAB_INDEX_OUT_OF_RANGE,
+        hab_model_read_u32(&in.coarse, HAB_SECTION_LANDMARKS, 0, out.indices, 1, &detail));
+    ROW("fit_landmarks: a coarse surface", NOTHING, HAB_EMPTY, fit_wavelet(&in.coarse, n));
+    ROW("fit_landmarks: a wavelet model, Gaussian prior", NOTHING, HAB_NEEDS_LEVELS, fit_wavelet(&in.wavelet, n));
+    ROW("fit_landmarks: a wavelet model, boxes, weights of a face", in.options.identity_prior = in.options.pose_prior = HAB_PRIOR_BOX,
+        HAB_DIMENSION_MISMATCH, fit_wavelet(&in.wavelet, n));
 }
 
 /* What a face is asked for that only wavelet models have; the golden vectors hold what these refuse themselves. */
@@ -616,6 +641,26 @@ static int prepare_inputs(void) {
                             &detail) != HAB_OK) {
         return 0;
     }
+    wavelet_counts.struct_bytes = sizeof wavelet_counts;
+    if (hab_model_open(wavelet_file, wavelet_len, &in.wavelet, &detail) != HAB_OK ||
+        hab_model_counts(&in.wavelet, &wavelet_counts, &detail) != HAB_OK) {
+        return 0;
+    }
+    if (wavelet_counts.n_landmarks < 3 || wavelet_counts.n_landmarks > MAX_LANDMARKS || wavelet_counts.n_faces < 1) {
+        printf("this wavelet model does not suit the rows\n");
+        return 0;
+    }
+    memcpy(&in.coarse, &in.wavelet, sizeof in.coarse);
+    if (hab_model_set_levels(&in.coarse, 0, 0, &detail) != HAB_OK || hab_model_counts(&in.coarse, &wavelet_counts, &detail) != HAB_OK) {
+        return 0;
+    }
+    if (wavelet_counts.n_faces != 0 || wavelet_counts.n_landmarks != 0) {
+        printf("a coarse surface counts what it has not\n");
+        return 0;
+    }
+    if (hab_model_counts(&in.wavelet, &wavelet_counts, &detail) != HAB_OK) {
+        return 0;
+    }
     for (i = 0; i < nl; i++) {
         memcpy(in.targets + 3 * i, out.positions + 3 * (size_t)landmarks[i], 3 * sizeof(float));
     }
@@ -657,17 +702,20 @@ static int sound_calls_succeed(void) {
 }
 
 int main(int argc, char **argv) {
-    FILE *file = argc == 3 ? fopen(argv[1], "rb") : NULL;
-    FILE *body = argc == 3 ? fopen(argv[2], "rb") : NULL;
+    FILE *file = argc == 4 ? fopen(argv[1], "rb") : NULL;
+    FILE *body = argc == 4 ? fopen(argv[2], "rb") : NULL;
+    FILE *wavelet = argc == 4 ? fopen(argv[3], "rb") : NULL;
     char line[160];
-    if (file == NULL || body == NULL) {
-        fprintf(stderr, "usage: misuse MODEL.hab BODY.hab\n");
+    if (file == NULL || body == NULL || wavelet == NULL) {
+        fprintf(stderr, "usage: misuse MODEL.hab BODY.hab WAVELET.hab\n");
         return 2;
     }
     file_len = fread(in.file, 1, sizeof in.file, file);
     body_len = fread(body_file, 1, sizeof body_file, body);
     fclose(file);
+    wavelet_len = fread(wavelet_file, 1, sizeof wavelet_file, wavelet);
     fclose(body);
+    fclose(wavelet);
     if (!prepare_inputs() || !sound_calls_succeed()) {
         hab_error_format(&detail, line, sizeof line);
         printf("a sound call failed, the last one so far: %s\n", line);
@@ -680,6 +728,7 @@ int main(int argc, char **argv) {
     rows_of_forms();
     rows_of_bodies();
     rows_of_wavelets();
+    rows_of_parts();
     rows_of_fits();
     damaged_files();
     any_alignment();

@@ -613,11 +613,47 @@ void body(habitus::model_file& body) {
     CHECK(body.set_blend(blend::linear) && body.set_joints(joints::regressed) && same(body.evaluate(identity, pose).value(), positions));
 }
 
+/// A wavelet model, whole and in part.
+void wavelet(const habitus::model_file& file) {
+    using namespace habitus;
+    const std::uint32_t levels = file.grid().value().levels;
+    CHECK(file.n_faces() > 0 && file.n_landmarks() > 0 && file.faces().value().size() == 3 * file.n_faces());
+    model part = file.view();
+    for (const bool window : {false, true}) {
+        const auto set = window ? part.set_levels(levels, levels) : part.set_levels(0, 0);
+        CHECK(set && (!window || part.set_window(0, 2, 0, 3)));
+        CHECK(part.n_vertices() < file.n_vertices() && part.n_faces() == 0 && part.n_landmarks() == 0);
+        CHECK(part.faces().value().empty() && part.landmarks().value().empty() && part.landmark_names().value().empty());
+        std::vector<std::uint32_t> three(3);
+        CHECK(part.faces(three).error() == HAB_DIMENSION_MISMATCH);
+        CHECK(part.read(HAB_SECTION_FACES, three).error() == HAB_INDEX_OUT_OF_RANGE);
+        CHECK(part.find_section(HAB_SECTION_FACES).value().shape[0] == file.n_faces());
+        const auto boxes = fit_options().identity_prior(prior::box).pose_prior(prior::box);
+        CHECK(part.fit_landmarks(std::vector<float>(3 * file.n_landmarks()), boxes).error() == HAB_EMPTY);
+    }
+
+    // Weights of the base alone, all vertices: the landmarks are there.
+    CHECK(part.set_levels(0, levels) && part.n_faces() == file.n_faces() && part.n_landmarks() == file.n_landmarks());
+    const auto pose = part.mean(mode::pose).value();
+    const auto shape = part.weights_from_deviations(mode::identity, std::vector<float>(part.identity_dim(), 0.75F)).value();
+    const auto surface = part.evaluate(shape, pose).value();
+    std::vector<point> targets;
+    for (const std::uint32_t vertex : part.landmarks().value()) {
+        targets.push_back({surface[3 * vertex], surface[3 * vertex + 1], surface[3 * vertex + 2]});
+    }
+    const auto boxes = fit_options().identity_prior(prior::box).pose_prior(prior::box);
+    const auto found = part.fit_landmarks(targets, boxes);
+    CHECK(found && found->report.rms < 0.5F);
+    const auto refused = part.fit_landmarks(targets).error();
+    CHECK(refused == HAB_NEEDS_LEVELS && refused.first() == HAB_SECTION_IDENTITY_PRECISION);
+    CHECK(refused.message().find("hab_fit_levels") != std::string::npos);
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc != 3) {
-        std::fprintf(stderr, "usage: wrapper MODEL.hab BODY.hab\n");
+    if (argc != 4) {
+        std::fprintf(stderr, "usage: wrapper MODEL.hab BODY.hab WAVELET.hab\n");
         return 2;
     }
     views();
@@ -639,6 +675,11 @@ int main(int argc, char** argv) {
     CHECK(opened.has_value());
     if (opened) {
         body(*opened);
+    }
+    const auto grid = habitus::model_file::read(argv[3]);
+    CHECK(grid.has_value());
+    if (grid) {
+        wavelet(*grid);
     }
     CHECK(habitus::library_is_new_enough());
     std::printf("%d checks, %d faults\n", checks, faults);

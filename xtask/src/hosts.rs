@@ -71,7 +71,7 @@ pub fn run(options: &Options) -> Result<()> {
     ] {
         rows.push((name, format!("{} meshes of the same bytes", same_meshes(&place, folder)?)));
     }
-    let misuse = printed(Command::new(place.scratch.join("misuse")).arg(&place.model).arg(&place.body))?;
+    let misuse = printed(Command::new(place.scratch.join("misuse")).args([&place.model, &place.body, &place.wavelet]))?;
     let size = |path: &Path| std::fs::metadata(path).map_or(0, |data| data.len());
     let sizes =
         [("shared library", size(&libraries.shared_library)), ("static library", size(&libraries.static_library))];
@@ -324,7 +324,7 @@ fn host(place: &Place, name: &str, language: Language, flags: &[&str], valgrind:
     let program =
         compiled(language, &source, &with_library(place, flags), &place.scratch.join(format!("{name}{way}")))?;
     let mut command = if valgrind { under_valgrind(&program) } else { Command::new(&program) };
-    let text = printed(command.arg(&place.model).arg(&place.body))?;
+    let text = printed(command.args([&place.model, &place.body, &place.wavelet]))?;
     Ok(text.lines().last().unwrap_or_default().to_owned())
 }
 

@@ -147,7 +147,7 @@ proptest! {
         let generator = model.bilinear().unwrap();
         let (identity_prior, pose_prior) = (model.gaussian(Mode::Identity).unwrap(), model.gaussian(Mode::Pose).unwrap());
         let mut options = options(Frame::Rigid);
-        options.identity_prior = Prior::Box(identity_prior, kappa);
+        options.identity_prior = Prior::Box(identity_prior.spread(), kappa);
         options.pose_prior = Prior::Gaussian(pose_prior, 1.0);
         let (mut identity, mut pose, mut place) = (vec![0.05; 3], vec![0.1; 2], Similarity::IDENTITY);
         let mut memory = vec![0.0; fit_landmarks_req(3, 2, Frame::Rigid).numbers()];
@@ -227,7 +227,7 @@ fn refusals() {
     let silent = FitOptions { noise: 0.0, ..rigid };
     assert_eq!(run(&good, &silent, &mut [0.0; 2], needed), Error::BadOption { option: 2 });
     let gaussian = model.gaussian(Mode::Identity).unwrap();
-    let wrong = FitOptions { identity_prior: Prior::Box(gaussian, -1.0), ..rigid };
+    let wrong = FitOptions { identity_prior: Prior::Box(gaussian.spread(), -1.0), ..rigid };
     assert_eq!(run(&good, &wrong, &mut [0.0; 2], needed), Error::BadOption { option: 1 });
 }
 

@@ -55,13 +55,18 @@ pub struct Spread<'a> {
     pub scale: Floats<'a>,
 }
 
-impl Gaussian<'_> {
+impl<'a> Gaussian<'a> {
+    /// Mean and scale alone.
+    pub fn spread(&self) -> Spread<'a> {
+        Spread { mean: self.mean, scale: self.scale }
+    }
+
     /// Writes the weights at so many standard deviations from the mean, `mean + deviation * scale` each; 0 is the mean of the training data.
     ///
     /// Errors: `DimensionMismatch`, `NotFinite` when a deviation or a weight is not finite; `weights` is untouched then. Panics: never.
     pub fn weights_into(&self, deviations: &[f32], weights: &mut [f32]) -> Result<(), Error> {
         check_len(self.mean.len(), deviations.len())?;
-        Spread { mean: self.mean, scale: self.scale }.weights_into(deviations, weights)
+        self.spread().weights_into(deviations, weights)
     }
 }
 

@@ -201,14 +201,28 @@ test("a wavelet model has levels and windows, and is fitted level by level", asy
   refuses(() => model.fitLevels(samples, { kappa: 0 }), "HAB_BAD_OPTION", [4, 0]);
   refuses(() => model.fitLevels(samples, { frame: "loose" }), "HAB_BAD_OPTION", [1, 0]);
   assert.throws(() => model.fitLevels(samples, { level: 1 }), TypeError);
+  const all = model.counts;
+  const faces = model.faces();
   model.setWindow(3, 2, 5, 1);
+  assert.deepEqual([model.counts.nFaces, model.counts.nLandmarks, model.faces().length, model.landmarks().length], [0, 0, 0, 0]);
+  assert.deepEqual(model.landmarkNames(), []);
   const { firstColumn, nColumns, firstRow, nRows } = model.grid();
   assert.deepEqual([firstColumn, nColumns, firstRow, nRows, model.counts.nVertices], [3, 2, 5, 1, 2]);
   assert.deepEqual(model.evaluate(mean(model)), whole.slice(3 * (5 * width + 3), 3 * (5 * width + 5)));
   model.setLevels(0, 1);
   assert.deepEqual([model.grid().detail, model.grid().resolution, model.counts.nVertices], [0, 1, 117]);
   assert.equal(model.evaluate(mean(model)).length, 3 * 117);
+  assert.deepEqual([model.counts.nFaces, model.faces().length, model.landmarks().length], [0, 0, 0]);
+  refuses(() => model.readU32(CONSTANTS.HAB_SECTION_FACES), "HAB_INDEX_OUT_OF_RANGE", [faces.length, 0]);
+  refuses(() => model.fitLandmarks(targets, { identityPrior: "box", posePrior: "box" }), "HAB_EMPTY", [0, 0]);
   refuses(() => model.setLevels(levels + 1, 0), "HAB_INDEX_OUT_OF_RANGE", [levels + 1, levels + 1]);
+  // The base has weights, all vertices are there, and so are what speaks of them. The spread of the weights makes a box; a Gaussian they have not.
+  model.setLevels(0, levels);
+  assert.deepEqual([model.counts.nVertices, model.counts.nFaces, model.counts.nLandmarks], [all.nVertices, all.nFaces, all.nLandmarks]);
+  assert.deepEqual(model.faces(), faces);
+  const boxed = model.fitLandmarks(targets, { identityPrior: "box", posePrior: "box" });
+  assert.ok(boxed.report.rms < 0.5, `${boxed.report.rms} mm`);
+  refuses(() => model.fitLandmarks(targets), "HAB_NEEDS_LEVELS", [CONSTANTS.HAB_SECTION_IDENTITY_PRECISION, 0]);
   const other = kernel.open(face);
   refuses(() => other.grid(), "HAB_WRONG_KIND", [4, 1]);
   other.close();

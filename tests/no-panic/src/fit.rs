@@ -44,7 +44,7 @@ fn prior<'a>(number: u32, model: &Model<'a>, mode: Mode, factor: f32) -> Prior<'
     }
     match (number, model.gaussian(mode)) {
         (1, Some(gaussian)) => Prior::Gaussian(gaussian, factor),
-        (2, Some(gaussian)) => Prior::Box(gaussian, factor),
+        (2, Some(gaussian)) => Prior::Box(gaussian.spread(), factor),
         _ => Prior::None,
     }
 }

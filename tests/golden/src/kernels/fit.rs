@@ -132,7 +132,7 @@ fn prior_of<'a>(case: &Case<'_>, key: &'static str, model: &Model<'a>, mode: Mod
     let factor = f32::from_bits(factor as u32);
     match kind {
         Some("gaussian") => Ok(Prior::Gaussian(gaussian, factor)),
-        Some("box") => Ok(Prior::Box(gaussian, factor)),
+        Some("box") => Ok(Prior::Box(gaussian.spread(), factor)),
         _ => Err(Problem::Text(key)),
     }
 }
