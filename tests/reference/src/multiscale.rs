@@ -73,9 +73,12 @@ impl Multiscale {
         self.grid.count(self.detail)
     }
 
-    /// Own weights of coefficient q, if it has any.
-    fn own<'w, R>(&self, weights: &'w [R], dim: usize, q: usize) -> Option<&'w [R]> {
-        (q < self.weighted()).then(|| &weights[q * dim..(q + 1) * dim])
+    /// Own weights of coefficient q, if it has any; zeros where another of its block has some, by which a mean of -0 becomes 0.
+    fn own<R: Number>(&self, weights: &[R], dim: usize, q: usize) -> Option<Vec<R>> {
+        if q < self.weighted() {
+            return Some(weights[q * dim..(q + 1) * dim].to_vec());
+        }
+        (q / 16 * 16 < self.weighted()).then(|| vec![R::of(0.0); dim])
     }
 
     pub(crate) fn mean_of<R: Number>(&self, q: usize) -> [R; 3] {
@@ -122,7 +125,7 @@ impl Multiscale {
     pub fn positions<R: Number>(&self, x: &[R], y: &[R]) -> Vec<[R; 3]> {
         let [d, e] = self.local_dims();
         self.surface(|q| match (self.own(x, d, q), self.own(y, e, q)) {
-            (Some(x), Some(y)) => self.local(q, x, y),
+            (Some(x), Some(y)) => self.local(q, &x, &y),
             _ => self.mean_of(q),
         })
     }
@@ -131,7 +134,7 @@ impl Multiscale {
     pub fn positions_of_fixed<R: Number>(&self, x: &[R], y: &[R]) -> Vec<[R; 3]> {
         let [d, e] = self.local_dims();
         self.surface(|q| match (self.own(x, d, q), self.own(y, e, q)) {
-            (Some(x), Some(y)) => self.local_of_fixed(q, x, y),
+            (Some(x), Some(y)) => self.local_of_fixed(q, &x, &y),
             _ => self.mean_of(q),
         })
     }

@@ -8,7 +8,7 @@ use crate::wavelet::step::Rows;
 pub(crate) struct Source<'s, L> {
     pub(crate) locals: L,
     pub(crate) weights: Weights<'s>,
-    /// Coefficients that have weights; the others stand at their mean.
+    /// Coefficients that have weights; the others stand at their mean, in the block of the last of these as a sum, in which -0 becomes 0.
     pub(crate) weighted: usize,
     pub(crate) identity: &'s mut [LaneWeights],
     pub(crate) pose: &'s mut [LaneWeights],
