@@ -10,6 +10,10 @@ const MODES = ["identity", "pose"];
 const REACH = 3;
 /** Sliders of a mode that are shown at once; the others are behind a click. */
 const SHOWN = 10;
+/** Sliders of a mode at most: a wavelet model has weights of its own for every coefficient, the coarsest first. */
+const MOST = 60;
+/** Levels of a wavelet model that a pull moves, from the coarsest. */
+const PULLED_LEVELS = 3;
 const EASING_MS = 220;
 
 let kernel;
@@ -58,6 +62,7 @@ function open(bytes, name) {
     const next = { model, name, counts, statistics, deviations, landmarks: model.landmarks(), landmarkNames: model.landmarkNames() };
     next.presets = starts.map((start, k) => ({ name: words(names[k] ?? `expression ${k + 1}`), deviations: start }));
     next.angles = anglesOf(model);
+    next.levels = counts.kind === Habitus.CONSTANTS.HAB_KIND_WAVELET ? model.grid().levels : undefined;
     next.positions = new Float32Array(3 * counts.nVertices);
     model.evaluate(weightsOf(next), next.positions);
     scene.setMesh(model.faces(), next.positions, next.landmarks);
@@ -175,9 +180,11 @@ function buildControls() {
     const furthest = mode === "pose" ? Math.max(0, ...shown.presets.flatMap((preset) => Array.from(preset.deviations, Math.abs))) : 0;
     const reach = Math.max(REACH, Math.ceil(furthest));
     const rest = document.createElement("details");
-    rest.append(Object.assign(document.createElement("summary"), { textContent: `${deviations.length - SHOWN} more` }));
-    deviations.forEach((_, k) => (k < SHOWN ? group : rest).append(slider(mode, k, reach)));
-    if (deviations.length > SHOWN) group.append(rest);
+    const count = Math.min(deviations.length, MOST);
+    const of = count < deviations.length ? ` of ${deviations.length}` : "";
+    rest.append(Object.assign(document.createElement("summary"), { textContent: `${count - SHOWN} more${of}` }));
+    for (let k = 0; k < count; k++) (k < SHOWN ? group : rest).append(slider(mode, k, reach));
+    if (count > SHOWN) group.append(rest);
   }
   const chips = shown.presets.map(({ name, deviations }) => {
     const button = Object.assign(document.createElement("button"), { type: "button", textContent: name });
@@ -391,14 +398,25 @@ function pull({ landmark, vertex, targets, start, x, y }, event) {
   // From where the landmark was at the start of the pull, not from where the face has followed it to.
   moved[landmark] = there.map((value, axis) => value - shown.positions[3 * vertex + axis] + targets[landmark][axis]);
   try {
-    const priors = Object.fromEntries(MODES.map((mode) => [`${mode}Prior`, shown.statistics[mode].known ? "gaussian" : "none"]));
-    if (priors.posePrior === "none" && shown.model.poseBounds() !== undefined) priors.posePrior = "bounds";
-    const { identity, pose } = shown.model.fitLandmarks(moved, { frame: "fixed", place: false, noise: 1, maxIterations: 20, start, ...priors });
+    const { identity, pose } = shown.levels === undefined ? pulledFit(moved, start) : pulledLevels(moved, start);
     shown.deviations = { identity: deviationsOf(identity, shown.statistics.identity), pose: deviationsOf(pose, shown.statistics.pose) };
     changed();
   } catch (error) {
     failed(`The face cannot be fitted. ${error.message}`);
   }
+}
+
+/** The weights that move landmarks, the face standing where it is. */
+function pulledFit(targets, start) {
+  const priors = Object.fromEntries(MODES.map((mode) => [`${mode}Prior`, shown.statistics[mode].known ? "gaussian" : "none"]));
+  if (priors.posePrior === "none" && shown.model.poseBounds() !== undefined) priors.posePrior = "bounds";
+  return shown.model.fitLandmarks(targets, { frame: "fixed", place: false, noise: 1, maxIterations: 20, start, ...priors });
+}
+
+/** The same for a wavelet model, by the coarse levels. */
+function pulledLevels(targets, start) {
+  const samples = targets.map((target, k) => ({ vertex: shown.landmarks[k], target }));
+  return shown.model.fitLevels(samples, { frame: "fixed", nLevels: Math.min(PULLED_LEVELS, shown.levels + 1), start });
 }
 
 function failed(sentence) {

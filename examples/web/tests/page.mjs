@@ -201,6 +201,27 @@ async function damaged(page, first, area) {
   check(differing(first, other, area) > 1000, `${name}: another model gives the same picture`);
   // A lit sheet with a nose, in the colour of skin: the check on faces must be stricter than that.
   check(noFace(faceIn(other, area)).length > 0, `${name}: the check takes a sheet for a face`);
+  await wavelets(page, drop);
+}
+
+/** A model with weights for each of its coefficients: a bounded number of sliders, and pulls by its coarse levels. */
+async function wavelets(page, drop) {
+  const { browser, name } = page;
+  const file = await readFile(new URL("../../firmware/models/wavelet.hab", import.meta.url));
+  await browser.run(drop, Array.from(file), "wavelet.hab");
+  await browser.until("the wavelet model", () => document.getElementById("model-name").textContent === "wavelet.hab");
+  check((await page.message()) === "", `${name}: ${await page.message()}`);
+  const [sliders, weights] = await browser.run(() => ["identity", "pose"].map((mode) => [document.querySelectorAll(`#${mode} input`).length, shown.deviations[mode].length]).reduce(([a, b], [c, d]) => [a + c, b + d]));
+  check(sliders > 0 && sliders <= 120 && weights > sliders, `${name}: ${sliders} sliders for ${weights} weights`);
+  const moved = await browser.run(() => {
+    const at = (k) => Array.from(shown.positions.slice(3 * shown.landmarks[k], 3 * shown.landmarks[k] + 3));
+    const targets = Array.from(shown.landmarks, (_, k) => at(k));
+    const before = at(0);
+    targets[0] = [before[0], before[1], before[2] + 6];
+    const fitted = pulledLevels(targets, weightsOf(shown));
+    return shown.model.evaluate(fitted)[3 * shown.landmarks[0] + 2] - before[2];
+  });
+  check(moved > 0.5 && moved < 8, `${name}: a landmark that is pulled by 6 mm follows by ${moved}`);
 }
 
 const server = await served();
