@@ -111,15 +111,15 @@ pub fn gradient(file: &mut File, model: &Model) {
 /// Three sets of weights at once.
 pub fn batch(file: &mut File, model: &Model, from: usize, to: usize) {
     let (x, y) = weights(model);
-    let of = |factor: f32| {
-        let scaled = |weights: &[f32]| weights.iter().map(|weight| factor * weight).collect::<Vec<f32>>();
-        (scaled(&x), scaled(&y))
-    };
-    let sets = [of(1.0), of(-0.5), of(0.0)];
-    let shapes = sets.iter().flat_map(|(x, y)| (from..to).flat_map(|v| model.generator.value(x, y, v)));
-    let shapes: Vec<f32> = shapes.collect();
-    let join = |part: fn(&(Vec<f32>, Vec<f32>)) -> &Vec<f32>| sets.iter().flat_map(part).copied().collect::<Vec<f32>>();
-    start(file, "batch", model, "three", &join(|set| &set.0), &join(|set| &set.1))
+    let factors = [1.0, -0.5, 0.0];
+    let scaled = |weights: &[f32], factor: f32| weights.iter().map(|weight| factor * weight).collect::<Vec<f32>>();
+    let of_sets = |weights: &[f32]| factors.iter().flat_map(|&factor| scaled(weights, factor)).collect::<Vec<f32>>();
+    let mut shapes = Vec::new();
+    for factor in factors {
+        let (x, y) = (scaled(&x, factor), scaled(&y, factor));
+        shapes.extend((from..to).flat_map(|v| model.generator.value(&x, &y, v)));
+    }
+    start(file, "batch", model, "three", &of_sets(&x), &of_sets(&y))
         .integer("from", from)
         .integer("to", to)
         .numbers("out", &shapes);
