@@ -99,6 +99,6 @@ pub(crate) fn ahead(bytes: &[u8]) {
     let _ = bytes;
 }
 
-/// Half as many and twice as many are as fast.
+/// 1.5 KB of codes; in a loop over bytes in C++, 1 KB and 4 KB ahead are as fast.
 #[cfg(all(feature = "inline-kernels", not(debug_assertions)))]
 const TERMS_AHEAD: usize = 32;
