@@ -11,6 +11,7 @@ use crate::figures::{COUNT, Figures, printed_figures, printed_text};
 use crate::fused::fused_multiply_adds;
 use crate::golden::{Interface, Run};
 use crate::process::{Ended, Result, cargo, ended, output, project, succeed, target_dir};
+use crate::side_by_side::{each, processors};
 use crate::targets::{Target, number};
 use object::{Object, ObjectSection, ObjectSymbol};
 use std::collections::BTreeSet;
@@ -88,7 +89,7 @@ pub fn rows(wanted: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
     let profiles: Vec<_> = PROFILES.into_iter().filter(|name| wanted(name)).collect();
     let models = if profiles == [C] { None } else { models()? };
-    let mut rows = Vec::new();
+    let mut programs = Vec::new();
     for profile in profiles {
         let library = if profile == C { Some(built_library(&compiler)?) } else { None };
         for board in Board::ALL {
@@ -97,7 +98,7 @@ pub fn rows(wanted: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
                 None => built_programs(&compiler, profile, board, models.as_deref())?,
             };
             let base = linked(&folder.join(EMPTY), board, false)?;
-            for program in programs(profile, models.is_some())? {
+            for program in names(profile, models.is_some())? {
                 let wide = program == GOLDEN;
                 // A program that holds no model is the same on every board, and this one takes minutes to build.
                 let path = match board {
@@ -105,14 +106,18 @@ pub fn rows(wanted: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
                     _ => folder.join(&program),
                 };
                 let code = linked(&path, board, wide)?.saturating_sub(base);
-                let printed = printed(&path, board)?;
-                let mut figures = printed_figures(&printed);
-                figures.insert(String::from("code"), code);
-                rows.push(Row { profile, board, program, printed, figures });
+                programs.push((profile, board, program, path, code));
             }
         }
     }
-    Ok(rows)
+    // What a program counts does not depend on what runs beside it.
+    let run = |(profile, board, program, path, code): &(&'static str, Board, String, PathBuf, u64)| {
+        let printed = printed(path, *board)?;
+        let mut figures = printed_figures(&printed);
+        figures.insert(String::from("code"), *code);
+        Ok(Row { profile, board: *board, program: program.clone(), printed, figures })
+    };
+    each(&programs, processors(), run)?.into_iter().collect()
 }
 
 /// The folder of the developer's models, written again, where their data are.
@@ -226,7 +231,7 @@ fn differs(row: &Row, rows: &[Row]) -> bool {
 }
 
 /// The programs in src/bin, in the order of their names; of a language other than Rust those that it has, too.
-fn programs(profile: &str, large: bool) -> Result<BTreeSet<String>> {
+fn names(profile: &str, large: bool) -> Result<BTreeSet<String>> {
     let folder = project().join(FOLDER).join("src/bin");
     let entries = std::fs::read_dir(&folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     let names = entries.filter_map(|entry| Some(entry.ok()?.path().file_stem()?.to_str()?.to_owned()));
@@ -264,7 +269,7 @@ fn linked(path: &Path, board: Board, wide: bool) -> Result<u64> {
 /// What a program prints on the emulated board; a status other than 0 or a hang is a failure.
 fn printed(program: &Path, board: Board) -> Result<String> {
     let name = program.file_name().unwrap_or_default().to_string_lossy();
-    let ended = ended(board.emulator(name == COUNTS || name == LARGE)?.arg(program), Duration::from_secs(120))?;
+    let ended = ended(board.emulator(name == COUNTS || name == LARGE)?.arg(program), Duration::from_secs(300))?;
     match ended.failure {
         None => Ok(ended.text),
         Some(how) => {

@@ -4,10 +4,10 @@
 
 use crate::nightly_compiler::NightlyCompiler;
 use crate::process::{Result, cargo_in, project, succeed, target_dir};
+use crate::side_by_side::{each, processors};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::sync::Mutex;
 
 /// The package with the targets.
 pub const FOLDER: &str = "fuzz";
@@ -36,6 +36,9 @@ pub struct Options {
     /// Targets that run at the same time [default: the number of processors].
     #[arg(long)]
     jobs: Option<usize>,
+    /// Build the targets, and run none.
+    #[arg(long, conflicts_with_all = ["seconds", "jobs", "json", "targets"])]
+    build: bool,
     /// Print the figures as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
@@ -75,7 +78,10 @@ pub fn run(options: &Options) -> Result<()> {
         all.into_iter().filter(|name| options.targets.is_empty() || options.targets.contains(name)).collect();
     let compiler = NightlyCompiler::installed()?;
     let programs = build(&compiler)?;
-    let jobs = options.jobs.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, |jobs| jobs.get()));
+    if options.build {
+        return Ok(());
+    }
+    let jobs = options.jobs.unwrap_or_else(processors);
     let controls: Vec<String> = CONTROLS.iter().map(|(name, _)| String::from(*name)).collect();
     for row in fuzzed(&programs, &controls, CONTROL_SECONDS, jobs)? {
         check_control(&row)?;
@@ -120,25 +126,7 @@ fn build(compiler: &NightlyCompiler) -> Result<PathBuf> {
 
 /// Runs the targets, so many at a time; rows are in the order of the names.
 fn fuzzed(programs: &Path, names: &[String], seconds: u32, jobs: usize) -> Result<Vec<Row>> {
-    let queue = Mutex::new(names.iter().enumerate());
-    let rows = Mutex::new(Vec::new());
-    std::thread::scope(|scope| {
-        for _ in 0..jobs.clamp(1, names.len().max(1)) {
-            scope.spawn(|| {
-                // The lock must not be held while the target runs.
-                let next = || queue.lock().ok()?.next();
-                while let Some((position, name)) = next() {
-                    let row = fuzz(programs, name, seconds);
-                    if let Ok(mut rows) = rows.lock() {
-                        rows.push((position, row));
-                    }
-                }
-            });
-        }
-    });
-    let mut rows = rows.into_inner().map_err(|_| String::from("a thread that ran a target panicked"))?;
-    rows.sort_by_key(|(position, _)| *position);
-    rows.into_iter().map(|(_, row)| row).collect()
+    each(names, jobs.max(1), |name| fuzz(programs, name, seconds))?.into_iter().collect()
 }
 
 /// Runs one target on its committed corpus and what earlier runs have found; new inputs go to the build folder.

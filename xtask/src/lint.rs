@@ -15,7 +15,7 @@ pub fn run() -> Result<()> {
     succeed(&mut cargo_in(
         no_panic::FOLDER,
         no_panic::TARGET,
-        &["clippy", "--release", "--features", "control", "--no-deps", "--", "-D", "warnings"],
+        &["clippy", "--release", "--no-deps", "--", "-D", "warnings"],
     ))?;
     succeed(&mut cargo_in(
         golden::FOLDER,

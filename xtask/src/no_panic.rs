@@ -8,17 +8,21 @@ use crate::archive::{Library, Node};
 use crate::c_header::Header;
 use crate::call_graph::{Trespass, trespasses};
 use crate::process::{Result, cargo_in, succeed, target_dir};
+use crate::public_functions::unnamed;
+use crate::side_by_side::{each, processors};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The package with the entries.
 pub const FOLDER: &str = "tests/no-panic";
 /// Its folder below the build folder.
 pub const TARGET: &str = "no-panic";
+/// The kernel, every public function of which some entry calls.
+const KERNEL: &str = "core-nostd/src";
 
 /// Entries are the exported functions whose names begin so: those of the package, and those of the crate for C that is linked into it.
 const PREFIXES: [&str; 2] = ["check_", "hab_"];
-/// Optimised for speed, and for size, where fewer checks are seen to be needless.
-const PROFILES: [&str; 2] = ["release", "size"];
+/// Optimised for speed, and for size, where fewer checks are seen to be needless; and their folders below the build folder.
+const PROFILES: [(&str, &str); 2] = [("release", TARGET), ("size", "no-panic-size")];
 /// The controls among them, each with the symbol it must be caught with.
 const CONTROLS: [(&str, &str); 3] =
     [("check_control_index", PANIC), ("check_control_deep", PANIC), ("check_control_heap", "malloc")];
@@ -27,18 +31,25 @@ const PANIC: &str = "habitus_panic_path_survived";
 /// Undefined symbols that are no trespass.
 pub const MEMORY_FUNCTIONS: [&str; 5] = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
 
-/// Builds the library for speed and for size, and with the controls, and inspects each.
+/// Builds the library for speed and for size, and inspects both.
 pub fn run() -> Result<()> {
+    let unnamed = unnamed(KERNEL, &format!("{FOLDER}/src"))?;
+    if !unnamed.is_empty() {
+        return Err(format!("no entry in {FOLDER} calls {}: add one for each", unnamed.join(", ")).into());
+    }
+    // Each is one long run of one core.
+    let libraries = each(&PROFILES, processors(), |(profile, target)| library(profile, target))?;
     let mut found = 0;
     let mut proven = 0;
-    for profile in PROFILES {
-        let library = library(profile, &[])?;
+    for (library, (profile, _)) in libraries.into_iter().zip(PROFILES) {
+        let library = library?;
         let entries = entries(&library);
         if let Some(prefix) = PREFIXES.iter().find(|prefix| !entries.iter().any(|entry| entry.starts_with(**prefix))) {
             return Err(format!("{FOLDER} exports no function named {prefix}*: nothing was checked").into());
         }
-        let c_entries = entries.iter().copied().filter(|entry| entry.starts_with(PREFIXES[1])).collect();
-        declared(&c_entries)?;
+        declared(&entries.iter().copied().filter(|entry| entry.starts_with(PREFIXES[1])).collect())?;
+        let (controls, entries): (Vec<&str>, Vec<&str>) = entries.into_iter().partition(|entry| is_control(entry));
+        caught(&library, &controls)?;
         proven = entries.len();
         let of_profile: Vec<_> = entries.iter().flat_map(|entry| trespasses(&library, entry, forbidden)).collect();
         report(profile, &of_profile);
@@ -49,7 +60,6 @@ pub fn run() -> Result<()> {
                     `get`, an iterator, or one length check at the top";
         return Err(format!("{found} {text}").into());
     }
-    controls()?;
     println!(
         "no panic, no allocation: {proven} entries proven at two optimisations, {} controls caught",
         CONTROLS.len()
@@ -57,33 +67,26 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
-/// Fails unless each control is caught, and nothing but the controls.
-fn controls() -> Result<()> {
-    let library = library("release", &["--features", "control"])?;
-    for entry in entries(&library) {
-        let found = trespasses(&library, entry, forbidden);
-        let expected = CONTROLS.iter().find(|(control, _)| *control == entry);
-        match expected {
-            Some((control, symbol)) if !found.iter().any(|trespass| trespass.symbol == *symbol) => {
-                return Err(format!("the control {control} was not caught with {symbol}: the check is blind").into());
-            }
-            None if !found.is_empty() => {
-                report("release", &found);
-                return Err(format!("{entry} is caught only when the controls are built").into());
-            }
-            _ => {}
-        }
-    }
-    match CONTROLS.iter().find(|(control, _)| !library.exported.contains_key(*control)) {
-        Some((missing, _)) => Err(format!("the control {missing} is missing from {FOLDER}").into()),
-        None => Ok(()),
-    }
+fn is_control(entry: &str) -> bool {
+    CONTROLS.iter().any(|(control, _)| *control == entry)
 }
 
-fn library(profile: &str, options: &[&str]) -> Result<Library> {
-    let arguments = [&["build", "--quiet", "--profile", profile], options].concat();
-    succeed(&mut cargo_in(FOLDER, TARGET, &arguments))?;
-    let path = target_dir(TARGET).join(profile).join("libhabitus_no_panic.a");
+/// Fails unless each control is there and caught.
+fn caught(library: &Library, there: &[&str]) -> Result<()> {
+    for (control, symbol) in CONTROLS {
+        if !there.contains(&control) {
+            return Err(format!("the control {control} is missing from {FOLDER}").into());
+        }
+        if !trespasses(library, control, forbidden).iter().any(|trespass| trespass.symbol == symbol) {
+            return Err(format!("the control {control} was not caught with {symbol}: the check is blind").into());
+        }
+    }
+    Ok(())
+}
+
+fn library(profile: &str, target: &str) -> Result<Library> {
+    succeed(&mut cargo_in(FOLDER, target, &["build", "--quiet", "--profile", profile]))?;
+    let path = target_dir(target).join(profile).join("libhabitus_no_panic.a");
     let bytes = std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()))?;
     Library::of_archive(&bytes).map_err(|error| format!("{}: {error}", path.display()).into())
 }

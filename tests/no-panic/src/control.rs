@@ -1,4 +1,4 @@
-//! Negative controls: the check must name each of these, or it would miss the like in the kernel.
+//! Functions that do panic and allocate: the check must catch each of these, or it would miss the like in the kernel.
 
 extern crate alloc;
 

@@ -138,6 +138,23 @@ unsafe fn equations(problem: Problem) -> Result<f32, Error> {
     normal_equations(&generator, weights, samples.as_slice(), &Similarity::IDENTITY, frame, jtj, jtr, workspace)
 }
 
+/// A prior on its own: bounds, and its part of normal equations of any stride.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn check_prior(problem: Problem, stride: usize, first: usize) -> f32 {
+    // SAFETY: the caller's promise.
+    let Ok(model) = Model::open(unsafe { problem.bytes.slice() }) else { return 0.0 };
+    // SAFETY: the caller's promise.
+    let (weights, jtj, jtr) = unsafe { (problem.identity.slice(), problem.jtj.slice(), problem.jtr.slice()) };
+    let prior = prior(problem.prior, &model, mode(problem.place), problem.factor);
+    let energy = prior.add_to(weights, jtj, jtr, stride, first);
+    prior.write_bounds(jtj, jtr);
+    if prior.check(weights.len()).is_ok() { energy } else { 0.0 }
+}
+
+fn mode(identity: bool) -> Mode {
+    if identity { Mode::Identity } else { Mode::Pose }
+}
+
 fn by_levels<'a, S: Storage<'a>>(problem: Problem) -> Result<f32, Error> {
     // SAFETY: the caller's promise.
     let model = Model::open(unsafe { problem.bytes.slice() })?;

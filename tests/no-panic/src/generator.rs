@@ -85,6 +85,9 @@ fn unchecked(generator: &impl Generator, at: At<'_>, index: usize, jacobian: &mu
     let columns = jacobian.as_chunks_mut::<NUMBERS>().0;
     let mut sum = generator.block_unchecked(at, index).unwrap_or(Block::ZERO).lane(index);
     let linearised = generator.linearised_block_unchecked(at, index, columns).unwrap_or(Block::ZERO);
+    if let Some(column) = columns.first_mut() {
+        linearised.store(column);
+    }
     let vertex = generator.vertex_unchecked(at, index).unwrap_or_default();
     let columns = jacobian.as_chunks_mut::<3>().0;
     let linearised_vertex = generator.linearised_vertex_unchecked(at, index, columns).unwrap_or_default();
@@ -119,7 +122,11 @@ unsafe extern "C" fn check_any(call: Call) -> i32 {
     // SAFETY: the caller's promise.
     let mut call = unsafe { call.slices() };
     let mut run = || {
-        let generator = Model::open(call.bytes)?.generator()?;
+        let mut generator = Model::open(call.bytes)?.generator()?;
+        if generator.blend().is_some() {
+            generator.set_blend(if call.choices[1] { Blend::DualQuaternion } else { Blend::Linear })?;
+            generator.set_joints(if call.choices[2] { JointMode::Mean } else { JointMode::Regressed })?;
+        }
         generator.evaluate(call.weights, call.range.clone(), call.values)?;
         generator.linearise(call.weights, call.range.clone(), call.values, call.jacobian)?;
         used(&generator, &mut call)
@@ -145,6 +152,9 @@ fn any_prepared(mut call: Slices<'_>) -> Result<(), Error> {
         Mode::Identity => Weights { identity, pose: &[] },
         Mode::Pose => Weights { identity: &[], pose },
     };
+    if !form.reads_file() {
+        call.at = 0;
+    }
     used(&form, &mut call)
 }
 
@@ -174,6 +184,9 @@ fn skinned<'a, S: Storage<'a>>(mut call: Slices<'a>) -> Result<(), Error> {
     }
     let angles: usize = body.skeleton().angles().map(|angles| angles.end).sum();
     place[1] += (angles + body.influences().len() + body.skeleton().n_joints()) as f32;
+    if body.influences().is_empty() || body.skeleton().is_regressed() || body.blend() == Blend::Linear {
+        place[2] += body.rest().vertex_count() as f32;
+    }
     for (to, value) in call.values.iter_mut().zip(place) {
         *to = value;
     }

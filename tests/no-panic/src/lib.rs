@@ -11,12 +11,12 @@
 // Linked for its exported functions.
 extern crate habitus_ffi as _;
 
-#[cfg(feature = "control")]
 mod control;
 mod error;
 mod fit;
 mod format;
 mod generator;
+mod interop;
 mod isometry;
 mod linalg;
 mod memory;

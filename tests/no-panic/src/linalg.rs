@@ -48,6 +48,9 @@ macro_rules! checks {
             let (a, b, x, workspace) = unsafe { (a.slice(), b.slice(), x.slice(), workspace.slice()) };
             // SAFETY: the caller's promise.
             let order = unsafe { order.slice() };
+            if let Err(error) = least_squares::least_squares_req(x.len()).check(workspace.len()) {
+                return error.code() as i32;
+            }
             match least_squares::least_squares_in_place(a, b, x, order, tolerance, workspace) {
                 Ok(found) => found.rank as i32 + found.residual as i32,
                 Err(error) => error.code() as i32,

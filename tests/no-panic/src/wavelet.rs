@@ -1,8 +1,8 @@
 //! `wavelet` of the kernel, in both precisions, on grids of any size.
 
 use crate::memory::{Input, Output, status};
-use habitus_core::wavelet::basis::{Basis, coefficient_lines, support};
-use habitus_core::wavelet::line::{analysis_step, synthesis_step};
+use habitus_core::wavelet::basis::{Basis, basis_req, coefficient_lines, support};
+use habitus_core::wavelet::line::{analysis_step, step_req, synthesis_step};
 use habitus_core::wavelet::transform::{analysis, analysis_req, synthesis, synthesis_req};
 use habitus_core::wavelet::window::{window, window_req};
 use habitus_core::wavelet::{Axis, Grid, Wavelet};
@@ -29,6 +29,8 @@ extern "C" fn check_wavelet_grid(shape: Shape, coefficient: usize, column: usize
     let place = grid.level_of(column, row).unwrap_or(0) ^ grid.coefficient_of(column, row).unwrap_or(0);
     let needed = synthesis_req(&grid, level).numbers() ^ analysis_req(&grid).numbers();
     let window = window_req(&grid, level, &(column..row), &(row..column)).numbers();
+    let needed = needed ^ basis_req(&grid.rows(), shape.wavelet()).f32_bytes() ^ step_req(coefficient).numbers();
+    let needed = needed ^ grid.node_count(level) ^ usize::from(grid.is_empty());
     node ^ place ^ needed ^ window ^ grid.coefficients(level).len() ^ grid.step(level) ^ grid.len()
 }
 
