@@ -9,7 +9,12 @@ use habitus_core::Error;
 use habitus_core::format::Mode;
 use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::{self, Prepared};
+use habitus_core::generator::wavelet::{Locals, Multiscale};
 use habitus_core::generator::{At, Generator, LANES, NUMBERS, Weights};
+use habitus_core::wavelet::transform::synthesis_req;
+use habitus_core::wavelet::window::window_req;
+use habitus_core::wavelet::{Grid, Wavelet};
+use habitus_dispatch::wavelet_window;
 pub use habitus_dispatch::{
     any_prepared, evaluate, evaluate_at, evaluate_batch_at, fit_points, linearise, linearise_at, moments,
     normal_equations, prepared, wavelet_synthesis,
@@ -51,6 +56,98 @@ pub fn evaluate_at_parallel<G: Generator + Sync>(
         (range, piece)
     });
     on_threads(parts.collect(), |(range, piece)| evaluate_at(generator, at, range, piece))
+}
+
+/// [`evaluate_batch_at`] over threads, each with a part of the states; otherwise as [`evaluate_parallel`].
+///
+/// Errors: as [`Generator::evaluate_batch_at`]; `out` is untouched then.
+pub fn evaluate_batch_at_parallel<G: Generator + Sync>(
+    generator: &G,
+    ats: &[At<'_>],
+    vertices: Range<usize>,
+    out: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
+    let each = 3 * vertices.len();
+    let fits = each * ats.len() == out.len() && vertices.end <= generator.vertex_count();
+    if threads < 2 || each == 0 || !fits {
+        return evaluate_batch_at(generator, ats, vertices, out);
+    }
+    // Every state is looked at before anything is written.
+    evaluate_batch_at(generator, ats, 0..0, &mut [])?;
+    let count = ats.len().div_ceil(threads).max(1);
+    let parts = ats.chunks(count).zip(out.chunks_mut(count * each)).collect();
+    on_threads(parts, |(ats, out)| evaluate_batch_at(generator, ats, vertices.clone(), out))
+}
+
+/// [`wavelet_synthesis`] over `threads` threads of rayon's pool, this one included (0 counts as 1), each with some rows of every component; the bits do not
+/// depend on their number.
+///
+/// Its memory is its own. Errors: as [`transform::synthesis`](habitus_core::wavelet::transform::synthesis), but for the workspace; `out` is untouched then.
+pub fn wavelet_synthesis_parallel(
+    grid: &Grid,
+    wavelet: Wavelet,
+    level: usize,
+    coefficients: &[f32],
+    out: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
+    let (width, height, nodes) = (grid.width(level), grid.height(level), grid.node_count(level));
+    let components = coefficients.len() / grid.len();
+    let fits = components * grid.len() == coefficients.len() && components * nodes == out.len();
+    if threads < 2 || level > grid.levels() || !fits {
+        let mut workspace = vec![0.0; synthesis_req(grid, level).numbers()];
+        return wavelet_synthesis(grid, wavelet, level, coefficients, out, &mut workspace);
+    }
+    let mut parts: Vec<_> = split(0..height, threads).map(|rows| (rows, Vec::new())).collect();
+    for (coefficients, plane) in coefficients.chunks(grid.len()).zip(out.chunks_mut(nodes)) {
+        let mut rest = plane;
+        for (rows, pieces) in &mut parts {
+            let (piece, behind) = std::mem::take(&mut rest).split_at_mut(width * rows.len());
+            rest = behind;
+            pieces.push((coefficients, piece));
+        }
+    }
+    on_threads(parts, |(rows, pieces)| {
+        let mut workspace = vec![0.0; window_req(grid, level, &(0..width), &rows).numbers()];
+        pieces.into_iter().try_for_each(|(coefficients, piece)| {
+            wavelet_window(grid, wavelet, level, 0..width, rows.clone(), coefficients, piece, &mut workspace)
+        })
+    })
+}
+
+/// Every vertex of a wavelet model over `threads` threads of rayon's pool, this one included (0 counts as 1), each with some rows of the surface; the bits
+/// do not depend on their number.
+///
+/// A vertex of such a model is only copied from a state, so [`evaluate_at_parallel`] has nothing to share out; here the states are computed side by
+/// side, a window each. Errors: as [`Generator::begin`], `DimensionMismatch` for `out`.
+pub fn evaluate_surface_parallel<L: Locals + Sync>(
+    generator: &Multiscale<L>,
+    weights: Weights<'_>,
+    out: &mut [f32],
+    threads: usize,
+) -> Result<(), Error> {
+    let n = generator.vertex_count();
+    let corners = n.checked_sub(1).and_then(|last| Some((generator.node(0)?, generator.node(last)?)));
+    let Some(([left, top], [right, bottom])) = corners else { return Err(Error::Empty) };
+    let (columns, rows) = (left..right + 1, top..bottom + 1);
+    if threads < 2 || columns.len() * rows.len() != n || out.len() != 3 * n {
+        return surface(generator, weights, out);
+    }
+    let mut rest = out;
+    let parts = split(rows, threads).map(|part| {
+        let (piece, behind) = std::mem::take(&mut rest).split_at_mut(3 * columns.len() * part.len());
+        rest = behind;
+        (part, piece)
+    });
+    on_threads(parts.collect(), |(part, piece)| surface(&generator.with_window(columns.clone(), part)?, weights, piece))
+}
+
+/// All vertices on one thread.
+fn surface<L: Locals>(generator: &Multiscale<L>, weights: Weights<'_>, out: &mut [f32]) -> Result<(), Error> {
+    let mut state = vec![0.0; generator.state_req(false).numbers()];
+    let at = generator.begin(weights, false, &mut state)?;
+    evaluate_at(generator, at, 0..generator.vertex_count(), out)
 }
 
 /// [`linearise`] over `threads` threads of rayon's pool, this one included (0 counts as 1); the bits do not depend on their number.

@@ -1,11 +1,14 @@
 //! The dispatched kernels against the plain ones: bits, threads, alignment, refusals.
 
 use super::*;
+use crate::io::model::{Coefficients, ModelSource, WaveletForm, hab};
 use habitus_core::fit::{self, FitOptions, Frame, Sample, SurfacePoint, fit_points_req, normal_equations_req};
 use habitus_core::format::{ElementType, Header, Kind, Model, SectionId, SectionSource, write, written_len};
 use habitus_core::prior::Prior;
+use habitus_core::quantise::F32;
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::levenberg_marquardt::Limits;
+use habitus_core::wavelet::transform;
 
 const N: usize = 203;
 const DIM: (usize, usize) = (6, 7);
@@ -197,4 +200,94 @@ fn fits_have_the_bits_of_the_kernel() {
     let (report, ..) = run(true);
     assert!(report.energy < report.start_energy);
     assert_eq!(run(true), run(false));
+}
+
+#[test]
+fn batches_have_the_same_bits_on_any_number_of_threads() {
+    let file = file(false);
+    let model = Model::open(&file).unwrap().bilinear().unwrap();
+    let all: Vec<_> =
+        (0..5).map(|k| [DIM.0, DIM.1].map(|dim| (0..dim).map(|i| noise(100 * k + i)).collect())).collect();
+    let ats: Vec<At<'_>> = all
+        .iter()
+        .map(|[identity, pose]: &[Vec<f32>; 2]| model.begin(Weights { identity, pose }, false, &mut []).unwrap())
+        .collect();
+    for range in [0..N, 7..60, 9..9] {
+        let mut expected = vec![0.0; 5 * 3 * range.len()];
+        model.evaluate_batch_at(&ats, range.clone(), &mut expected).unwrap();
+        for threads in [0, 1, 2, 3, 9] {
+            let mut out = vec![f32::NAN; expected.len()];
+            evaluate_batch_at_parallel(&model, &ats, range.clone(), &mut out, threads).unwrap();
+            assert_eq!(bits(&out), bits(&expected));
+        }
+    }
+    let mut out = vec![7.0; 3 * 5 * N];
+    let run = evaluate_batch_at_parallel(&model, &ats[1..], 0..N, &mut out, 2);
+    assert_eq!(run, Err(Error::DimensionMismatch { expected: 12 * N as u32, found: 15 * N as u32 }));
+    assert!(out.iter().all(|&value| value == 7.0));
+}
+
+#[test]
+fn surfaces_have_the_same_bits_on_any_number_of_threads() {
+    let grid = Grid::new(4, 5, 3).unwrap();
+    let coefficients: Vec<f32> = (0..2 * grid.len()).map(noise).collect();
+    for wavelet in [Wavelet::Cubic, Wavelet::Bilinear] {
+        for level in 0..=3 {
+            let mut expected = vec![0.0; 2 * grid.node_count(level)];
+            let mut workspace = vec![0.0; synthesis_req(&grid, level).numbers()];
+            transform::synthesis(&grid, wavelet, level, &coefficients, &mut expected, &mut workspace).unwrap();
+            for threads in [0, 1, 2, 3, 64] {
+                let mut out = vec![f32::NAN; expected.len()];
+                wavelet_synthesis_parallel(&grid, wavelet, level, &coefficients, &mut out, threads).unwrap();
+                assert_eq!(bits(&out), bits(&expected));
+            }
+        }
+    }
+    let mut out = vec![7.0; 2 * grid.len()];
+    let mut run = |level, from: usize| {
+        wavelet_synthesis_parallel(&grid, Wavelet::Cubic, level, &coefficients[from..], &mut out, 2)
+    };
+    assert_eq!(run(4, 0), Err(Error::IndexOutOfRange { index: 4, limit: 4 }));
+    assert!(matches!(run(3, 1), Err(Error::DimensionMismatch { .. })));
+    assert!(matches!(run(3, grid.len()), Err(Error::DimensionMismatch { .. })));
+    assert!(out.iter().all(|&value| value == 7.0));
+}
+
+#[test]
+fn wavelet_models_have_the_same_bits_on_any_number_of_threads() {
+    let file = waves();
+    let model = Model::open(&file).unwrap().wavelet::<F32<'_>>().unwrap();
+    let (identity, pose): (Vec<f32>, Vec<f32>) = (
+        (0..Generator::identity_dim(&model)).map(noise).collect(),
+        (0..Generator::pose_dim(&model)).map(noise).collect(),
+    );
+    let weights = Weights { identity: &identity, pose: &pose };
+    for model in [model, model.with_window(2..9, 3..17).unwrap()] {
+        let n = model.vertex_count();
+        let mut state = vec![0.0; model.state_req(false).numbers()];
+        let mut expected = vec![0.0; 3 * n];
+        let at = model.begin(weights, false, &mut state).unwrap();
+        model.evaluate_at(at, 0..n, &mut expected).unwrap();
+        for threads in [0, 1, 2, 3, 64] {
+            let mut out = vec![f32::NAN; 3 * n];
+            evaluate_surface_parallel(&model, weights, &mut out, threads).unwrap();
+            assert_eq!(bits(&out), bits(&expected));
+        }
+        let mut out = vec![7.0; 3 * n];
+        let short = Weights { identity: &identity[1..], pose: &pose };
+        assert!(matches!(evaluate_surface_parallel(&model, short, &mut out, 2), Err(Error::DimensionMismatch { .. })));
+        let run = evaluate_surface_parallel(&model, weights, &mut out[1..], 2);
+        assert!(matches!(run, Err(Error::DimensionMismatch { .. })));
+        assert!(out.iter().all(|&value| value == 7.0));
+    }
+}
+
+/// A wavelet model of 13 x 17 nodes, three identity and two pose weights a coefficient.
+fn waves() -> Vec<u8> {
+    let grid = Grid::new(4, 5, 2).unwrap();
+    let [identity_dim, pose_dim] = [3, 2];
+    let mean: Vec<f64> = (0..3 * grid.len()).map(|k| noise(k).into()).collect();
+    let core: Vec<f64> = (0..3 * grid.len() * identity_dim * pose_dim).map(|k| noise(9000 + k).into()).collect();
+    let form = WaveletForm { grid, wavelet: Wavelet::Cubic, identity_dim, pose_dim, mean: &mean, core: &core };
+    hab::bytes(&ModelSource::new(Coefficients::Wavelet(form))).unwrap()
 }

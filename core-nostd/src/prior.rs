@@ -75,14 +75,16 @@ impl Prior<'_> {
         for (i, &weight) in weights.iter().enumerate() {
             let mut image = 0.0;
             for (j, &other) in weights.iter().enumerate() {
-                let entry = factor * gaussian.precision.get(i * weights.len() + j).unwrap_or(0.0);
+                let entry =
+                    factor * gaussian.precision.get(i.saturating_mul(weights.len()).saturating_add(j)).unwrap_or(0.0);
                 image += entry * (other - gaussian.mean.get(j).unwrap_or(0.0));
-                let at_ij = (first + i) * stride + first + j;
+                let at_ij = first.saturating_add(i).saturating_mul(stride).saturating_add(first).saturating_add(j);
                 let sum = at(jtj, at_ij) + entry;
                 set(jtj, at_ij, sum);
             }
-            let sum = at(jtr, first + i) + image;
-            set(jtr, first + i, sum);
+            let at_i = first.saturating_add(i);
+            let sum = at(jtr, at_i) + image;
+            set(jtr, at_i, sum);
             energy += image * (weight - gaussian.mean.get(i).unwrap_or(0.0));
         }
         energy

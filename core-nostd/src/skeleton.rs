@@ -182,7 +182,8 @@ impl<'a> Skeleton<'a> {
     #[inline(always)]
     fn slope(&self, joint: usize, l: usize) -> [f32; 3] {
         let from = (joint * self.identity_dim + l) * 3;
-        [0, 1, 2].map(|axis| self.basis.get(from + axis).unwrap_or(0.0))
+        let along = |axis: usize| self.basis.get(from + axis).unwrap_or(0.0);
+        [along(0), along(1), along(2)]
     }
 
     /// `p_j + sum_l z_l P_jl`, l ascending, from the position in the mean.

@@ -19,7 +19,7 @@ use habitus_core::generator::prepared::Prepared;
 use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
 use habitus_core::rotation::similarity::Similarity;
 use habitus_core::solve::procrustes::Moments;
-use habitus_core::wavelet::{Grid, Wavelet, transform};
+use habitus_core::wavelet::{Grid, Wavelet, transform, window};
 use habitus_core::workspace::Requirement;
 
 /// A call with its arguments.
@@ -237,6 +237,22 @@ dispatched! {
         workspace: &'a mut [f32],
     ) -> Result<(), Error> {
         transform::synthesis(grid, wavelet, level, coefficients, out, workspace)
+    }
+}
+
+dispatched! {
+    /// [`window::window`] on one thread.
+    pub fn wavelet_window['a]['a](
+        grid: &'a Grid,
+        wavelet: Wavelet,
+        level: usize,
+        columns: Range<usize>,
+        rows: Range<usize>,
+        coefficients: &'a [f32],
+        out: &'a mut [f32],
+        workspace: &'a mut [f32],
+    ) -> Result<(), Error> {
+        window::window(grid, wavelet, level, columns, rows, coefficients, out, workspace)
     }
 }
 

@@ -74,18 +74,17 @@ pub fn left_jacobian<R: Real>(v: [R; 3]) -> Matrix3<R> {
 }
 
 /// `a b`.
-pub fn product<R: Real>(a: &Matrix3<R>, b: &Matrix3<R>) -> Matrix3<R> {
-    let [b0, b1, b2] = *b;
-    a.map(|[x, y, z]| {
-        let entry = |p: R, q: R, r: R| x * p + y * q + z * r;
-        [entry(b0[0], b1[0], b2[0]), entry(b0[1], b1[1], b2[1]), entry(b0[2], b1[2], b2[2])]
-    })
+#[inline]
+pub fn product<R: Real>([a, b, c]: &Matrix3<R>, right: &Matrix3<R>) -> Matrix3<R> {
+    [transpose_applied(right, *a), transpose_applied(right, *b), transpose_applied(right, *c)]
 }
 
 /// `a x`.
 #[inline(always)]
-pub fn applied<R: Real>(a: &Matrix3<R>, [x, y, z]: [R; 3]) -> [R; 3] {
-    a.map(|[p, q, r]| p * x + q * y + r * z)
+pub fn applied<R: Real>([a, b, c]: &Matrix3<R>, [x, y, z]: [R; 3]) -> [R; 3] {
+    // Written out: `map` is a call where the compiler does not inline it.
+    let row = |[p, q, r]: [R; 3]| p * x + q * y + r * z;
+    [row(*a), row(*b), row(*c)]
 }
 
 /// `a^T x`.
