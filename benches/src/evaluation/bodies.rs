@@ -3,7 +3,9 @@
 use std::error::Error;
 use std::hint::black_box;
 
-use habitus::evaluate::{evaluate_at, evaluate_at_parallel, evaluate_batch_at, linearise_at, linearise_at_parallel};
+use habitus::evaluate::{
+    evaluate_at, evaluate_at_parallel, evaluate_batch_at_parallel, linearise_at, linearise_at_parallel,
+};
 use habitus::io::model::quantise;
 use habitus_core::format::{ElementType, Model};
 use habitus_core::generator::skinned::{Blend, Skinned};
@@ -97,15 +99,22 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
             let at = stored.begin(weights, false, &mut state)?;
             Ok(evaluate_at(&stored, at, 0..n, black_box(&mut out))?)
         })?;
+        bench.row(&job.on(2), || {
+            let at = stored.begin(weights, false, &mut state)?;
+            Ok(evaluate_at_parallel(&stored, at, 0..n, black_box(&mut out), 2)?)
+        })?;
     }
     let mut states = vec![vec![0.0; body.state_req(false).numbers()]; BATCH];
     let mut batch = vec![0.0; BATCH * 3 * n];
     let job = Job::new(title(&format!("batch of {BATCH}")), bytes + (BATCH - 1) as f64 * 24.0 * n as f64);
     let job = job.packaged(if dim == 20 { "body_d20_batch64" } else { "body_d100_batch64" });
-    bench.row(&job, || {
-        let ats: Result<Vec<_>, _> = states.iter_mut().map(|state| body.begin(weights, false, state)).collect();
-        Ok(evaluate_batch_at(&body, &ats?, 0..n, black_box(&mut batch))?)
-    })?;
+    for threads in [1, 2] {
+        let job = if threads == 1 { job.clone() } else { job.on(threads) };
+        bench.row(&job, || {
+            let ats: Result<Vec<_>, _> = states.iter_mut().map(|state| body.begin(weights, false, state)).collect();
+            Ok(evaluate_batch_at_parallel(&body, &ats?, 0..n, black_box(&mut batch), threads)?)
+        })?;
+    }
     let (mut values, mut jacobian) = (vec![0.0; 48 * blocks], vec![0.0; 48 * blocks * columns]);
     let job = Job::new(title("value + Jacobian"), bytes + 384.0 * (blocks * (1 + columns)) as f64);
     bench.row(&job, || {

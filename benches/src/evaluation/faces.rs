@@ -3,13 +3,18 @@
 use std::error::Error;
 use std::hint::black_box;
 
-use habitus::evaluate::{evaluate, evaluate_parallel, linearise, linearise_parallel, normal_equations, prepared};
-use habitus_core::fit::{Frame, Sample, SurfacePoint, normal_equations_req};
+use habitus::evaluate::{
+    evaluate, evaluate_parallel, fit_points, linearise, linearise_parallel, normal_equations, prepared,
+};
+use habitus_core::fit::{FitOptions, Frame, Sample, SurfacePoint, fit_points_req, normal_equations_req};
 use habitus_core::format::{Checksums, ElementType, Mode, Model};
+use habitus_core::generator::bilinear::Bilinear;
 use habitus_core::generator::prepared::prepared_req;
 use habitus_core::generator::{Generator, NUMBERS, Weights};
+use habitus_core::prior::Prior;
 use habitus_core::quantise::{F16, I8, Storage};
 use habitus_core::rotation::similarity::Similarity;
+use habitus_core::solve::levenberg_marquardt::Limits;
 
 use super::{Bench, Job};
 use crate::workload::{BIG, ModelMemory, SMALL, Size};
@@ -80,7 +85,51 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
         let (jtj, jtr, workspace) = (black_box(&mut jtj), &mut jtr, &mut workspace);
         normal_equations(&generator, weights, &samples[..], at, Frame::Fixed, jtj, jtr, workspace)?;
         Ok(())
-    })
+    })?;
+    fitted(bench, &generator, weights, &mut out)
+}
+
+/// All weights from corresponding points, without a prior, from a start far away.
+fn fitted(
+    bench: &mut Bench<'_>,
+    generator: &Bilinear<'_>,
+    weights: Weights<'_>,
+    out: &mut [f32],
+) -> Result<(), Box<dyn Error>> {
+    let n = generator.vertex_count();
+    evaluate(generator, weights, 0..n, out)?;
+    let sample = |vertex: usize| {
+        let target = [0, 1, 2].map(|axis| out[3 * vertex + axis]);
+        Sample { point: SurfacePoint::vertex(vertex as u32), target, normal: None, weight: 1.0 }
+    };
+    let samples: Vec<Sample> = (0..n).map(sample).collect();
+    let options = FitOptions {
+        frame: Frame::Fixed,
+        place: false,
+        identity_prior: Prior::None,
+        pose_prior: Prior::None,
+        noise: 1.0,
+        limits: Limits::default(),
+    };
+    let (identity_dim, pose_dim) = (generator.identity_dim(), generator.pose_dim());
+    let mut memory = vec![0.0; fit_points_req(identity_dim, pose_dim, options.frame).numbers()];
+    let (mut identity, mut pose) = (vec![0.0; identity_dim], vec![0.0; pose_dim]);
+    let (mut placement, mut iterations) = (Similarity::IDENTITY, 0);
+    let name = format!("fit of {n} points, {} unknowns", identity_dim + pose_dim);
+    let job = Job::new(name, bytes(SMALL, 192.0)).packaged("bilinear_fit_small").long();
+    let job =
+        job.peer("face_fit", "C++: Eigen's normal matrix of the products of weights once, least squares in turn", None);
+    bench.row(&job, || {
+        identity.fill(0.2);
+        pose.fill(0.2);
+        let (identity, pose, samples) = (&mut identity[..], &mut pose[..], &samples[..]);
+        let report = fit_points(generator, samples, &options, identity, pose, &mut placement, &mut memory)?;
+        iterations = report.iterations;
+        Ok(())
+    })?;
+    eprintln!("fit: {iterations} iterations");
+    evaluate(generator, Weights { identity: &identity, pose: &pose }, 0..n, out)?;
+    bench.expect("face_fit", out, 1e-4)
 }
 
 fn stored_rows<'a, S: Storage<'a>>(
@@ -91,7 +140,7 @@ fn stored_rows<'a, S: Storage<'a>>(
     n: usize,
 ) -> Result<(), Box<dyn Error>>
 where
-    habitus_core::generator::bilinear::Bilinear<'a, S>: Sync,
+    Bilinear<'a, S>: Sync,
 {
     let generator = Model::open_with(file, Checksums::Skip)?.bilinear_in::<S>()?;
     let mut out = vec![0.0; 3 * n];

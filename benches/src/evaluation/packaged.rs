@@ -28,11 +28,16 @@ impl Packaged {
     /// # Errors
     /// When a program is missing or fails, or prints something else than a row in JSON a line.
     pub fn run(&mut self, scripts: &Path, folder: &Path) -> Result<(), Box<dyn Error>> {
-        let mut python = Command::new(folder.join("venv/bin/python"));
-        python.arg("bench_eval.py").current_dir(scripts);
-        for (language, mut command) in
-            [(Language::Cpp, Command::new(folder.join("bin/bench_eval"))), (Language::Python, python)]
-        {
+        let python = |arguments: &[&str]| {
+            let mut command = Command::new(folder.join("venv/bin/python"));
+            command.args(arguments).current_dir(scripts);
+            command
+        };
+        for (language, mut command) in [
+            (Language::Cpp, Command::new(folder.join("bin/bench_eval"))),
+            (Language::Python, python(&["bench_eval.py"])),
+            (Language::Python, python(&["bench_train.py", "fit"])),
+        ] {
             // Rows of two threads are measured whatever the load, as ours are.
             command.env("PEERS_DIR", folder).env("PEERS_MAX_LOAD", "99");
             let output = command.output().map_err(|error| format!("{command:?}: {error}; set up the peers first"))?;

@@ -162,6 +162,21 @@ struct Face {
             result[r] = mean[r] + slopes.row(r).head(di).dot(x);
         }
     }
+    // The normal matrix of all products of weights once; then both groups in turn, in that space alone.
+    void fit() {
+        const int steps = 24; const VectorXf true_x = x, true_y = y;
+        gemv(); VectorXf target = result - mean;
+        MatrixXf g(di * dp, di * dp); g.setZero(); g.selfadjointView<Lower>().rankUpdate(core.transpose()); g.triangularView<StrictlyUpper>() = g.transpose();
+        VectorXf h = core.transpose() * target; x.setConstant(0.2f); y.setConstant(0.2f);
+        for (int s = 0; s < steps; s++) {
+            MatrixXf by_y(di * dp, di), by_x(di * dp, dp); by_y.setZero();
+            for (int i = 0; i < di; i++) by_y.block(i * dp, i, dp, 1) = y;
+            x = (by_y.transpose() * g * by_y).ldlt().solve(by_y.transpose() * h);
+            for (int i = 0; i < di; i++) by_x.block(i * dp, 0, dp, dp) = x[i] * MatrixXf::Identity(dp, dp);
+            y = (by_x.transpose() * g * by_x).ldlt().solve(by_x.transpose() * h);
+        }
+        gemv(); x = true_x; y = true_y;
+    }
     void equations() {
         fused(); normal.setZero(di + dp, di + dp); normal.selfadjointView<Lower>().rankUpdate(slopes.transpose()); sink = (slopes.transpose() * result)[0];
     }
@@ -290,6 +305,7 @@ int main(int, char** argv) {
         {"face_jacobian", on(blocks(&Face::derivatives), face.values)},
         {"face_eigen", {whole([&] { face.gemv(); }), face.result.data(), size_t(face.result.size())}},
         {"face_fused", {whole([&] { face.fused(); }), face.result.data(), size_t(face.result.size())}},
+        {"face_fit", {whole([&] { face.fit(); }), face.result.data(), size_t(face.result.size())}},
         {"face_normal", on(whole([&] { face.equations(); }), none)},
         {"wavelet5", on(whole([&] { small.run(); }), small.a)}, {"wavelet6", on(whole([&] { large.run(); }), large.a)},
         {"locals", on(whole([&] { locals.run(); }), locals.grid.a)},

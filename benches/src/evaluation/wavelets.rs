@@ -3,10 +3,11 @@
 use std::error::Error;
 use std::hint::black_box;
 
-use habitus::evaluate::{evaluate_at, wavelet_synthesis};
+use habitus::evaluate::{evaluate_at, evaluate_surface_parallel, wavelet_synthesis, wavelet_synthesis_parallel};
 use habitus::io::model::{Coefficients, ModelSource, WaveletForm, hab};
 use habitus_core::format::{Checksums, Model};
 use habitus_core::generator::{Generator, Weights};
+use habitus_core::quantise::F32;
 use habitus_core::wavelet::{Grid, Wavelet, transform};
 
 use super::inputs::Inputs;
@@ -34,6 +35,9 @@ pub fn synthesis(bench: &mut Bench<'_>, inputs: &Inputs) -> Result<(), Box<dyn E
             Ok(wavelet_synthesis(&grid, Wavelet::Cubic, levels, coefficients, out, &mut workspace)?)
         })?;
         bench.expect(&peer, &out, 1e-5)?;
+        bench.row(&job.on(2), || {
+            Ok(wavelet_synthesis_parallel(&grid, Wavelet::Cubic, levels, coefficients, black_box(&mut out), 2)?)
+        })?;
     }
     Ok(())
 }
@@ -50,7 +54,7 @@ pub fn model(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let core: Vec<f64> = (0..3 * grid.len() * identity_dim * pose_dim).map(|k| number(k + mean.len())).collect();
     let form = WaveletForm { grid, wavelet: Wavelet::Cubic, identity_dim, pose_dim, mean: &mean, core: &core };
     let file = hab::bytes(&ModelSource::new(Coefficients::Wavelet(form)))?;
-    let generator = Model::open_with(&file, Checksums::Skip)?.generator()?;
+    let generator = Model::open_with(&file, Checksums::Skip)?.wavelet::<F32<'_>>()?;
     let n = generator.vertex_count();
     let own = |dim: usize, seed: usize| (0..n * dim).map(|k| noise(seed + k)).collect::<Vec<f32>>();
     let (identity, pose) = (own(identity_dim, 8_000_000), own(pose_dim, 9_000_000));
@@ -65,5 +69,6 @@ pub fn model(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
         let at = generator.begin(weights, false, &mut state)?;
         Ok(evaluate_at(&generator, at, 0..n, black_box(&mut out))?)
     })?;
-    bench.expect("locals", &out, 1e-5)
+    bench.expect("locals", &out, 1e-5)?;
+    bench.row(&job.on(2), || Ok(evaluate_surface_parallel(&generator, weights, black_box(&mut out), 2)?))
 }
