@@ -89,24 +89,34 @@ pub fn rows(wanted: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
     let profiles: Vec<_> = PROFILES.into_iter().filter(|name| wanted(name)).collect();
     let models = if profiles == [C] { None } else { models()? };
+    // Each is one long run of one core; the programs in C come after their library.
+    let builds: Vec<(&'static str, Option<Board>)> = profiles
+        .into_iter()
+        .flat_map(|profile| match profile {
+            C => vec![(profile, None)],
+            _ => Board::ALL.into_iter().map(|board| (profile, Some(board))).collect(),
+        })
+        .collect();
+    let built: Vec<Result<Vec<(Board, PathBuf)>>> = each(&builds, processors(), |(profile, board)| match board {
+        Some(board) => Ok(vec![(*board, built_programs(&compiler, profile, *board, models.as_deref())?)]),
+        None => {
+            let library = built_library(&compiler)?;
+            Board::ALL.into_iter().map(|board| Ok((board, built_c_programs(&library, board)?))).collect()
+        }
+    })?;
     let mut programs = Vec::new();
-    for profile in profiles {
-        let library = if profile == C { Some(built_library(&compiler)?) } else { None };
-        for board in Board::ALL {
-            let folder = match &library {
-                Some(library) => built_c_programs(library, board)?,
-                None => built_programs(&compiler, profile, board, models.as_deref())?,
-            };
+    for ((profile, _), folders) in builds.iter().zip(built) {
+        for (board, folder) in folders? {
             let base = linked(&folder.join(EMPTY), board, false)?;
             for program in names(profile, models.is_some())? {
                 let wide = program == GOLDEN;
                 // A program that holds no model is the same on every board, and this one takes minutes to build.
                 let path = match board {
-                    Board::An500 if wide && profile != C => folder_of(&compiler, profile, Board::An386).join(&program),
+                    Board::An500 if wide && *profile != C => folder_of(&compiler, profile, Board::An386).join(&program),
                     _ => folder.join(&program),
                 };
                 let code = linked(&path, board, wide)?.saturating_sub(base);
-                programs.push((profile, board, program, path, code));
+                programs.push((*profile, board, program, path, code));
             }
         }
     }

@@ -10,7 +10,7 @@ use super::{Block, Generator, LANES, NUMBERS, Weights, lanes};
 use crate::Error;
 use crate::format::Mode;
 use crate::quantise::Storage;
-use crate::workspace::{Requirement, Workspace, check_len};
+use crate::workspace::{Requirement, Workspace};
 
 /// A body whose identity is fixed for some of its blocks: a generator with the pose weights alone.
 pub type FixedIdentity<'w, 'a, S> = Skinned<'w, StoredRest<'w, Linear<'a, S>>>;
@@ -99,7 +99,7 @@ impl<'a, S: Storage<'a>> Skinned<'a, Linear<'a, S>> {
         workspace: &'w mut [f32],
     ) -> Result<Prepared<'w>, Error> {
         check_blocks(self, &blocks)?;
-        check_len(self.pose_dim(), pose.len())?;
+        Weights { identity: &[], pose }.check(0, self.pose_dim())?;
         self.with_pose_req(&blocks).check(workspace.len())?;
         let dim = self.identity_dim();
         let mut pieces = Workspace::new(workspace);

@@ -181,6 +181,25 @@ fn refusals() {
     assert_eq!(model.skinned::<I8<'_>>().unwrap_err(), Error::WrongKind { expected: 5, found: 3 });
 }
 
+/// Found by the fuzz target `c_calls`: a pose that is refused had set zeros in the workspace before.
+#[test]
+fn refused_forms_leave_the_workspace_alone() {
+    let file = Body::new(20, 2).file(3);
+    let body = body(&file);
+    let mut memory = vec![7.0; body.with_pose_req(&(0..2)).numbers()];
+    let mut pose = [0.0; 9];
+    assert!(body.with_pose(&pose[1..], 0..2, &mut memory).is_err());
+    pose[4] = f32::NAN;
+    assert_eq!(body.with_pose(&pose, 0..2, &mut memory).unwrap_err(), Error::NotFinite { index: 4 });
+    assert!(memory.iter().all(|&value| value == 7.0));
+    let mut memory = vec![7.0; body.with_identity_req(&(0..2)).numbers()];
+    assert_eq!(
+        body.with_identity(&[0.0, f32::INFINITY], 0..2, &mut memory).unwrap_err(),
+        Error::NotFinite { index: 1 }
+    );
+    assert!(memory.iter().all(|&value| value == 7.0));
+}
+
 #[test]
 fn every_forged_byte_of_a_body_is_refused_or_harmless() {
     let mut spec = Body::new(18, 1);
