@@ -10,7 +10,7 @@ use super::{Block, Generator, LANES, NUMBERS, Weights, lanes};
 use crate::Error;
 use crate::format::Mode;
 use crate::quantise::Storage;
-use crate::workspace::{Requirement, Workspace};
+use crate::workspace::{Requirement, Workspace, saturated};
 
 /// A body whose identity is fixed for some of its blocks: a generator with the pose weights alone.
 pub type FixedIdentity<'w, 'a, S> = Skinned<'w, StoredRest<'w, Linear<'a, S>>>;
@@ -99,7 +99,13 @@ impl<'a, S: Storage<'a>> Skinned<'a, Linear<'a, S>> {
         workspace: &'w mut [f32],
     ) -> Result<Prepared<'w>, Error> {
         check_blocks(self, &blocks)?;
-        Weights { identity: &[], pose }.check(0, self.pose_dim())?;
+        Weights { identity: &[], pose }.check(0, self.pose_dim()).map_err(|error| match error {
+            // Counted over identity, then pose, as everywhere.
+            Error::NotFinite { index } => {
+                Error::NotFinite { index: saturated(self.identity_dim()).saturating_add(index) }
+            }
+            other => other,
+        })?;
         self.with_pose_req(&blocks).check(workspace.len())?;
         let dim = self.identity_dim();
         let mut pieces = Workspace::new(workspace);

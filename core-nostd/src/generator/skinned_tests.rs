@@ -190,7 +190,7 @@ fn refused_forms_leave_the_workspace_alone() {
     let mut pose = [0.0; 9];
     assert!(body.with_pose(&pose[1..], 0..2, &mut memory).is_err());
     pose[4] = f32::NAN;
-    assert_eq!(body.with_pose(&pose, 0..2, &mut memory).unwrap_err(), Error::NotFinite { index: 4 });
+    assert_eq!(body.with_pose(&pose, 0..2, &mut memory).unwrap_err(), Error::NotFinite { index: 6 });
     assert!(memory.iter().all(|&value| value == 7.0));
     let mut memory = vec![7.0; body.with_identity_req(&(0..2)).numbers()];
     assert_eq!(
