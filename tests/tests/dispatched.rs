@@ -8,7 +8,7 @@ use std::ops::Range;
 use habitus::evaluate;
 use habitus_core::Error;
 use habitus_core::fit::{FitOptions, FitReport, Frame, Samples};
-use habitus_core::format::{Mode, Model};
+use habitus_core::format::Mode;
 use habitus_core::generator::any::AnyGenerator;
 use habitus_core::generator::any_prepared::AnyPrepared;
 use habitus_core::generator::{At, Block, Generator, NUMBERS, Weights};
