@@ -17,15 +17,18 @@ pub struct Program {
 }
 
 impl Program {
-    /// Compiles the source, which the file `name` has, with `$CXX`, else `c++`, and links the libraries.
+    /// Compiles a source, given with the headers that it includes as files by name, the source first, with `$CXX`, else `c++`, and links the libraries.
     ///
     /// # Errors
     /// When there is no compiler, or it refuses.
-    pub fn compiled(name: &str, source: &str, libraries: &[&str]) -> Result<Self, Box<dyn Error>> {
+    pub fn compiled(files: &[(&str, &str)], libraries: &[&str]) -> Result<Self, Box<dyn Error>> {
         let compiler = std::env::var("CXX").unwrap_or_else(|_| "c++".into());
         let folder = tempfile::tempdir()?;
+        for (name, text) in files {
+            std::fs::write(folder.path().join(name), text)?;
+        }
+        let name = files.first().ok_or("no source")?.0;
         let file = folder.path().join(name);
-        std::fs::write(&file, source)?;
         let path = folder.path().join("peer");
         let status = Command::new(&compiler).args(FLAGS).arg(&file).arg("-o").arg(&path).args(libraries).status();
         if !status.map_err(|error| format!("{compiler}: {error}; set CXX to a C++ compiler"))?.success() {

@@ -34,8 +34,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => Ok(()),
     };
     let Some(data) = dir_or_skip("the rows of evaluation") else { return Ok(()) };
-    let source = include_str!("../evaluation/peers.cpp");
-    let program = Program::compiled("peers.cpp", source, &["-I/usr/include/eigen3"])
+    let files = [
+        ("peers.cpp", include_str!("../evaluation/peers.cpp")),
+        ("plain.hpp", include_str!("../evaluation/plain.hpp")),
+    ];
+    let program = Program::compiled(&files, &["-I/usr/include/eigen3"])
         .map_err(|error| format!("{error}; on Debian: apt-get install libeigen3-dev"))?;
     let (rig, pca) = (Rig::read(&data)?, body::pca(&data, 100)?);
     let (twenty, hundred) = (body::file(&data, 20)?, body::file(&data, 100)?);

@@ -68,7 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => vec![1, 2],
     };
     let plan = Plan { shift: usize::from(has("--unaligned")), rounds, threads, job: value("--job") };
-    let program = Program::compiled("peer.cpp", include_str!("../peer.cpp"), &[])?;
+    let program = Program::compiled(&[("peer.cpp", include_str!("../peer.cpp"))], &[])?;
     let mut rows = Vec::new();
     if !has("--only-big") {
         measure(&program, SMALL, &plan, 40, &mut rows)?;

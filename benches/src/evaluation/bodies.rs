@@ -38,15 +38,14 @@ pub fn skinning(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(
     let free = Weights { identity: &[], pose: &inputs.pose };
     let bytes = 192.0 * blocks as f64 + skin_bytes(&body);
     let mut out = vec![0.0; 3 * n];
-    for (name, blend) in [("skinning", Blend::Linear), ("dual quaternions", Blend::DualQuaternion)] {
+    for (name, blend, plain) in
+        [("skinning", Blend::Linear, "skin_blocks"), ("dual quaternions", Blend::DualQuaternion, "skin_dual")]
+    {
         let fixed = fixed.with_blend(blend);
         let mut state = vec![0.0; fixed.state_req(false).numbers()];
-        let mut job = Job::new(format!("{name}, {n} v"), bytes);
+        let mut job = Job::new(format!("{name}, {n} v"), bytes).plain(plain);
         if blend == Blend::Linear {
-            job = job
-                .plain("skin_blocks")
-                .peer("skin_vertices", "C++, 4 weights a vertex", Some(0.3))
-                .packaged("body_skin_only");
+            job = job.peer("skin_vertices", "C++, 4 weights a vertex", Some(0.3)).packaged("body_skin_only");
         }
         bench.row(&job, || {
             let at = fixed.begin(free, false, &mut state)?;
@@ -54,8 +53,8 @@ pub fn skinning(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(
         })?;
         if blend == Blend::Linear {
             bench.expect("skin_vertices", &out, 1e-6)?;
-            bench.expect("skin_blocks", &out, 1e-6)?;
         }
+        bench.expect(plain, &out, 1e-6)?;
         bench.row(&job.on(2), || {
             let at = fixed.begin(free, false, &mut state)?;
             Ok(evaluate_at_parallel(&fixed, at, 0..n, black_box(&mut out), 2)?)
@@ -77,16 +76,17 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
     let mut out = vec![0.0; 3 * n];
     let title = |what: &str| format!("body {n} v, {dim} components, {what}");
     let bytes = 192.0 * (blocks * (1 + dim)) as f64 + skin;
-    let eigen = format!("body{dim}_eigen");
+    let plain = |what: &str| format!("body{dim}_{what}");
+    let eigen = plain("eigen");
     let target = (dim == 20).then_some(0.4);
-    let job =
-        Job::new(title("positions"), bytes).plain(format!("body{dim}_blocks")).peer(&eigen, "Eigen + C++", target);
+    let job = Job::new(title("positions"), bytes).plain(plain("blocks")).peer(&eigen, "Eigen + C++", target);
     let job = job.packaged(if dim == 20 { "body_d20" } else { "body_d100" });
     bench.row(&job, || {
         let at = body.begin(weights, false, &mut state)?;
         Ok(evaluate_at(&body, at, 0..n, black_box(&mut out))?)
     })?;
     bench.expect(&eigen, &out, 1e-6)?;
+    bench.expect(&plain("blocks"), &out, 1e-6)?;
     bench.row(&job.on(2), || {
         let at = body.begin(weights, false, &mut state)?;
         Ok(evaluate_at_parallel(&body, at, 0..n, black_box(&mut out), 2)?)
@@ -95,10 +95,13 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
         let (stored, _) = quantise(&Model::open(file)?, element)?;
         let stored = Model::open(&stored)?.generator()?;
         let job = Job::new(title(&format!("{element:?}")), (192.0 + term * dim as f64) * blocks as f64 + skin);
+        let plain = plain(&format!("{element:?}"));
+        let job = job.plain(&plain);
         bench.row(&job, || {
             let at = stored.begin(weights, false, &mut state)?;
             Ok(evaluate_at(&stored, at, 0..n, black_box(&mut out))?)
         })?;
+        bench.expect(&plain, &out, 1e-6)?;
         bench.row(&job.on(2), || {
             let at = stored.begin(weights, false, &mut state)?;
             Ok(evaluate_at_parallel(&stored, at, 0..n, black_box(&mut out), 2)?)
@@ -107,7 +110,7 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
     let mut states = vec![vec![0.0; body.state_req(false).numbers()]; BATCH];
     let mut batch = vec![0.0; BATCH * 3 * n];
     let job = Job::new(title(&format!("batch of {BATCH}")), bytes + (BATCH - 1) as f64 * 24.0 * n as f64);
-    let job = job.packaged(if dim == 20 { "body_d20_batch64" } else { "body_d100_batch64" });
+    let job = job.plain(plain("batch")).packaged(if dim == 20 { "body_d20_batch64" } else { "body_d100_batch64" });
     for threads in [1, 2] {
         let job = if threads == 1 { job.clone() } else { job.on(threads) };
         bench.row(&job, || {
@@ -115,12 +118,15 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
             Ok(evaluate_batch_at_parallel(&body, &ats?, 0..n, black_box(&mut batch), threads)?)
         })?;
     }
+    bench.expect(&plain("batch"), &batch, 1e-6)?;
     let (mut values, mut jacobian) = (vec![0.0; 48 * blocks], vec![0.0; 48 * blocks * columns]);
     let job = Job::new(title("value + Jacobian"), bytes + 384.0 * (blocks * (1 + columns)) as f64);
+    let job = job.plain(plain("jacobian"));
     bench.row(&job, || {
         let at = body.begin(weights, true, &mut state)?;
         Ok(linearise_at(&body, at, 0..blocks, black_box(&mut values), &mut jacobian)?)
     })?;
+    bench.expect(&plain("jacobian"), &jacobian, 1e-5)?;
     bench.row(&job.on(2), || {
         let at = body.begin(weights, true, &mut state)?;
         Ok(linearise_at_parallel(&body, at, 0..blocks, black_box(&mut values), &mut jacobian, 2)?)
@@ -128,8 +134,9 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
     let gradients: Vec<f32> = (0..3 * n).map(noise).collect();
     let mut gradient = vec![0.0; columns];
     let mut workspace = vec![0.0; body.gradient_req().numbers()];
-    bench.row(&Job::new(title("gradient in reverse"), bytes), || {
+    bench.row(&Job::new(title("gradient in reverse"), bytes).plain(plain("gradient")), || {
         let at = body.begin(weights, true, &mut state)?;
         Ok(body.gradient_at(at, &gradients, black_box(&mut gradient), &mut workspace)?)
-    })
+    })?;
+    bench.expect(&plain("gradient"), &gradient, 1e-4)
 }

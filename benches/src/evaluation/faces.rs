@@ -47,7 +47,8 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))?;
     for (element, term) in &TERM[1..] {
         let stored = memory.stored(*element);
-        let job = Job::new(title(&format!("full, {element:?}")), bytes(SMALL, *term));
+        let job =
+            Job::new(title(&format!("full, {element:?}")), bytes(SMALL, *term)).plain(format!("face_{element:?}"));
         match element {
             ElementType::F16 => stored_rows::<F16<'_>>(bench, &job, &stored, weights, n)?,
             _ => stored_rows::<I8<'_>>(bench, &job, &stored, weights, n)?,
@@ -67,6 +68,7 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let job = job.peer("face_fused", "C++ fused loop", Some(0.25)).packaged("bilinear_small_jacobian");
     bench.row(&job, || Ok(linearise(&generator, weights, 0..blocks, black_box(&mut values), &mut jacobian)?))?;
     bench.expect("face_fused", &values, 1e-6)?;
+    bench.expect("face_jacobian", &jacobian, 1e-6)?;
     bench.row(&job.on(2), || {
         Ok(linearise_parallel(&generator, weights, 0..blocks, black_box(&mut values), &mut jacobian, 2)?)
     })?;
@@ -78,7 +80,7 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let samples: Vec<Sample> = (0..n).map(sample).collect();
     let (mut jtj, mut jtr) = (vec![0.0; dim * dim], vec![0.0; dim]);
     let mut workspace = vec![0.0; normal_equations_req(dim, Frame::Fixed).numbers()];
-    let job = Job::new(title("normal equations of all vertices"), bytes(SMALL, 192.0));
+    let job = Job::new(title("normal equations of all vertices"), bytes(SMALL, 192.0)).plain("face_equations");
     let job = job.peer("face_normal", "C++ fused loop + Eigen rank update", None);
     bench.row(&job, || {
         let at = &Similarity::IDENTITY;
@@ -86,6 +88,7 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
         normal_equations(&generator, weights, &samples[..], at, Frame::Fixed, jtj, jtr, workspace)?;
         Ok(())
     })?;
+    bench.expect("face_equations", &[&jtj[..], &jtr[..]].concat(), 1e-4)?;
     fitted(bench, &generator, weights, &mut out)
 }
 
@@ -116,7 +119,7 @@ fn fitted(
     let (mut identity, mut pose) = (vec![0.0; identity_dim], vec![0.0; pose_dim]);
     let (mut placement, mut iterations) = (Similarity::IDENTITY, 0);
     let name = format!("fit of {n} points, {} unknowns", identity_dim + pose_dim);
-    let job = Job::new(name, bytes(SMALL, 192.0)).packaged("bilinear_fit_small").long();
+    let job = Job::new(name, bytes(SMALL, 192.0)).plain("face_fit_blocks").packaged("bilinear_fit_small").long();
     let job =
         job.peer("face_fit", "C++: Eigen's normal matrix of the products of weights once, least squares in turn", None);
     bench.row(&job, || {
@@ -129,7 +132,8 @@ fn fitted(
     })?;
     eprintln!("fit: {iterations} iterations");
     evaluate(generator, Weights { identity: &identity, pose: &pose }, 0..n, out)?;
-    bench.expect("face_fit", out, 1e-4)
+    bench.expect("face_fit", out, 1e-4)?;
+    bench.expect("face_fit_blocks", out, 1e-4)
 }
 
 fn stored_rows<'a, S: Storage<'a>>(
@@ -145,6 +149,9 @@ where
     let generator = Model::open_with(file, Checksums::Skip)?.bilinear_in::<S>()?;
     let mut out = vec![0.0; 3 * n];
     bench.row(job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
+    if let Some(plain) = &job.plain {
+        bench.expect(plain, &out, 1e-5)?;
+    }
     bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))
 }
 
@@ -160,22 +167,29 @@ pub fn large(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let f32_times = {
         let generator = memory.generator();
         let mut out = vec![0.0; 3 * n];
-        let job = Job::new(title("full"), bytes(BIG, 192.0)).within(1.0 / 0.85).packaged("bilinear_big").long();
+        let job = Job::new(title("full"), bytes(BIG, 192.0))
+            .plain("large_blocks")
+            .within(1.0 / 0.85)
+            .packaged("bilinear_big")
+            .long();
         bench.row(&job, || Ok(evaluate(&generator, weights, 0..n, black_box(&mut out))?))?;
+        bench.expect("large_blocks", &out, 1e-6)?;
         bench.row(&job.on(2), || Ok(evaluate_parallel(&generator, weights, 0..n, black_box(&mut out), 2)?))?;
         let blocks = generator.block_count();
         let mut columns = vec![0.0; prepared_req(&generator, Mode::Identity, &(0..blocks)).numbers()];
         let form = prepared(&generator, Mode::Identity, &memory.identity, 0..blocks, &mut columns)?;
         let free = Weights { identity: &[], pose: &memory.pose };
         let moved = (192 * blocks * (1 + BIG.pose) + 24 * n) as f64;
-        let job = Job::new(title("identity fixed"), moved);
+        let job = Job::new(title("identity fixed"), moved).plain("large_fixed");
         bench.row(&job, || Ok(evaluate(&form, free, 0..n, black_box(&mut out))?))?;
         bench.row(&job.on(2), || Ok(evaluate_parallel(&form, free, 0..n, black_box(&mut out), 2)?))?;
         bench.rows[bench.rows.len() - 4].ours
     };
     for (element, term) in &TERM[1..] {
         let stored = memory.stored(*element);
-        let job = Job::new(title(&format!("full, {element:?}")), bytes(BIG, *term)).long();
+        let job = Job::new(title(&format!("full, {element:?}")), bytes(BIG, *term))
+            .plain(format!("large_{element:?}"))
+            .long();
         match element {
             ElementType::F16 => stored_rows::<F16<'_>>(bench, &job, &stored, weights, n)?,
             _ => stored_rows::<I8<'_>>(bench, &job, &stored, weights, n)?,

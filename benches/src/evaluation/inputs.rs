@@ -79,7 +79,7 @@ impl Inputs {
         })
     }
 
-    /// As the peers read them; wavelets as (height, width, 3).
+    /// As the peers read them; wavelets as (height, width, 3), then in planes.
     ///
     /// # Panics
     /// Never: the grids are valid.
@@ -98,6 +98,9 @@ impl Inputs {
         for (levels, planes) in [5, 6].into_iter().zip(&self.wavelets) {
             let in_place = self.interleaved(levels, planes);
             put(in_place.len(), in_place.iter().flat_map(|value| value.to_le_bytes()).collect());
+        }
+        for planes in &self.wavelets {
+            put(planes.len(), planes.iter().flat_map(|value| value.to_le_bytes()).collect());
         }
         put(self.points.len(), self.points.iter().flat_map(|value| value.to_le_bytes()).collect());
         out

@@ -1,8 +1,7 @@
-// The other side of the rows of evaluation: loops over our own layout left to the compiler, the same jobs by Eigen and by loops over vertices,
-// lifting in place, and what the memory can do. Answers "job threads samples" as peer.cpp does; only loops over our layout and reads have threads.
+// The other side of the rows of evaluation: loops over our own layout (plain.hpp), the same jobs by Eigen and by loops over vertices, lifting in
+// place, and what the memory can do. Answers "job threads samples" as peer.cpp does; only loops over our layout and reads have threads.
 // Usage: peers FILE, whose arrays `evaluation.rs` has written in the order in which they are read here.
-#include <Eigen/Dense>
-#include <Eigen/Geometry>
+#include "plain.hpp"
 #include <atomic>
 #include <chrono>
 #include <cstdio>
@@ -23,30 +22,35 @@ template <class T> static std::vector<T> array() {
     return v;
 }
 static volatile float sink;
-// As workload.rs has it.
-static float noise(uint32_t k) {
-    k = (k ^ 0x9e37u) * 0x85ebca6bu; k = (k ^ (k >> 13)) * 0xc2b2ae35u; return float(k >> 8) / 8388608.0f - 1.0f;
-}
-
 // A rest shape of d components and the motions of its joints.
 struct Body {
-    std::vector<float> mean, basis, place, slope, weight, z, angles, block_weights;
-    std::vector<int> parent, held, starts, joints;
-    int n, J, blocks;
-    std::vector<float> motions, rest, out;
+    std::vector<float> mean, basis, place, slope, weight, z, angles;
+    std::vector<int> parent, held;
+    int n, J, blocks; Skin skin;
+    std::vector<float> motions, out;
     std::map<int, std::vector<float>> blocked;  // [block][1 + d][3][16]
     std::map<int, Rows> matrix, slopes;
     void read() {
         mean = array<float>(); basis = array<float>(); place = array<float>(); slope = array<float>(); weight = array<float>(); z = array<float>();
-        angles = array<float>(); block_weights = array<float>(); parent = array<int>(); held = array<int>(); starts = array<int>(); joints = array<int>();
+        angles = array<float>(); skin.weights = array<float>(); parent = array<int>(); held = array<int>(); skin.starts = array<int>(); skin.joints = array<int>();
         n = mean.size() / 3; J = parent.size(); blocks = (n + 15) / 16;
-        motions.resize(12 * J); rest.resize(48 * blocks); out.resize(3 * n);
-        for (int d : {20, 100}) {
+        motions.resize(12 * J); out.resize(3 * n);
+        for (int d : {0, 20, 100}) {
             auto& c = blocked[d]; c.assign(size_t(blocks) * (1 + d) * 48, 0.f);
             for (int v = 0; v < n; v++) for (int k = 0; k <= d; k++) for (int a = 0; a < 3; a++)
                 c[(size_t(v / 16) * (1 + d) + k) * 48 + 16 * a + v % 16] = k ? basis[size_t(3 * v + a) * 100 + k - 1] : mean[3 * v + a];
             matrix[d] = Map<Rows>(basis.data(), 3 * n, 100).leftCols(d); slopes[d] = Map<Rows>(slope.data(), 3 * J, 100).leftCols(d);
         }
+    }
+    // The same over blocks.
+    Bodies over_blocks(int d) {
+        Bodies to; to.c = blocked[d].data(); to.z = z.data(); to.angles = angles.data(); to.place = place.data(); to.d = d; to.n = n; to.blocks = blocks;
+        to.slopes = slopes[d]; to.parents = parent; to.skin = &skin; to.out.resize(3 * n);
+        if (d == 0) return to;
+        int dim = d + 3 * J; to.half.make(blocked[d], blocks, 1 + d); to.bytes.make(blocked[d], n, 1 + d); to.batched.resize(size_t(Bodies::batch) * 3 * n);
+        to.values.resize(48 * blocks); to.jacobian.resize(size_t(48) * blocks * dim); to.gradient.resize(dim);
+        for (int k = 0; k < 3 * n; k++) to.forces.push_back(noise(k));
+        return to;
     }
     void pose(int d) {
         VectorXf p = Map<VectorXf>(place.data(), 3 * J);
@@ -76,78 +80,18 @@ struct Body {
         if (d) v.noalias() += matrix[d] * Map<VectorXf>(z.data(), d);
         skin_vertices(v.data());
     }
-    // Block after block over the layout of the file.
-    void plain(int d, int part, int parts) {
-        const float* c = d ? blocked[d].data() : rest.data();
-        for (int b = blocks * part / parts; b < blocks * (part + 1) / parts; b++) {
-            float v[48], x[48] = {};
-            const float* p = c + size_t(b) * (1 + d) * 48;
-            for (int l = 0; l < 48; l++) v[l] = p[l];
-            for (int k = 0; k < d; k++) { p += 48; for (int l = 0; l < 48; l++) v[l] += z[k] * p[l]; }
-            for (int e = starts[b]; e < starts[b + 1]; e++) {
-                const float *m = &motions[12 * joints[e]], *w = &block_weights[16 * e];
-                for (int a = 0; a < 3; a++) for (int l = 0; l < 16; l++)
-                    x[16 * a + l] += w[l] * (m[4 * a] * v[l] + m[4 * a + 1] * v[16 + l] + m[4 * a + 2] * v[32 + l] + m[4 * a + 3]);
-            }
-            for (int l = 0; l < 16 && 16 * b + l < n; l++) for (int a = 0; a < 3; a++) out[3 * (16 * b + l) + a] = x[16 * a + l];
-        }
-    }
 };
 
-// 5996 vertices by 30 x 7: the blocked layout of the file, and rows of a matrix for Eigen.
+// 5996 vertices by 30 x 7: rows of a matrix for Eigen beside the blocks.
 struct Face {
-    static const int n = 5996, di = 30, dp = 7, terms = 1 + di * dp, blocks = (n + 15) / 16;
-    std::vector<float> c, columns, out, values, jacobian; Rows core, slopes; VectorXf mean, x, y, result; MatrixXf normal;
+    static const int n = 5996, di = 30, dp = 7, terms = 1 + di * dp;
+    Faces<n, di, dp> plain; Rows core, slopes; VectorXf mean, x, y, result; MatrixXf normal;
     void make() {
-        c.assign(size_t(blocks) * terms * 48, 0.f); columns.assign(size_t(blocks) * (1 + dp) * 48, 0.f);
-        out.resize(3 * n); values.resize(blocks * 48); jacobian.resize(size_t(blocks) * (di + dp) * 48);
-        core.resize(3 * n, di * dp); slopes.resize(3 * n, di + dp); mean.resize(3 * n); result.resize(3 * n); x.resize(di); y.resize(dp);
-        for (int i = 0; i < di; i++) x[i] = noise(1000000 + i);
-        for (int j = 0; j < dp; j++) y[j] = noise(2000000 + j);
-        for (size_t at = 0; at < c.size(); at++) {
-            size_t b = at / (terms * 48), k = at % (terms * 48), v = b * 16 + k % 16, a = k % 48 / 16;
-            if (v >= size_t(n)) continue;
-            c[at] = (k < 48 ? 100.f : 1.f) * noise(at);
-            if (k < 48) mean[3 * v + a] = c[at]; else core(3 * v + a, k / 48 - 1) = c[at];
-        }
-        for (int b = 0; b < blocks; b++) for (int k = 0; k < 48; k++) {
-            const float* from = &c[size_t(b) * terms * 48 + k]; float* to = &columns[size_t(b) * (1 + dp) * 48 + k];
-            to[0] = from[0];
-            for (int j = 0; j < dp; j++) for (int i = 0; i < di; i++) to[48 * (1 + j)] += x[i] * from[48 * (1 + i * dp + j)];
-        }
-    }
-    void store(int b, const float* v) { for (int l = 0; l < 16 && 16 * b + l < n; l++) for (int a = 0; a < 3; a++) out[3 * (16 * b + l) + a] = v[16 * a + l]; }
-    void full(int from, int to) {
-        for (int b = from; b < to; b++) {
-            const float* p = &c[size_t(b) * terms * 48]; float v[48];
-            for (int l = 0; l < 48; l++) v[l] = p[l];
-            for (int i = 0; i < di; i++) {
-                float t[48] = {};
-                for (int j = 0; j < dp; j++) { p += 48; for (int l = 0; l < 48; l++) t[l] += y[j] * p[l]; }
-                for (int l = 0; l < 48; l++) v[l] += x[i] * t[l];
-            }
-            store(b, v);
-        }
-    }
-    void fixed(int from, int to) {
-        for (int b = from; b < to; b++) {
-            const float* p = &columns[size_t(b) * (1 + dp) * 48]; float v[48];
-            for (int l = 0; l < 48; l++) v[l] = p[l];
-            for (int j = 0; j < dp; j++) { p += 48; for (int l = 0; l < 48; l++) v[l] += y[j] * p[l]; }
-            store(b, v);
-        }
-    }
-    void derivatives(int from, int to) {
-        for (int b = from; b < to; b++) {
-            const float* p = &c[size_t(b) * terms * 48]; float v[48], *by_x = &jacobian[size_t(b) * (di + dp) * 48], *by_y = by_x + di * 48;
-            for (int l = 0; l < 48; l++) v[l] = p[l];
-            for (int l = 0; l < dp * 48; l++) by_y[l] = 0;
-            for (int i = 0; i < di; i++) {
-                float t[48] = {};
-                for (int j = 0; j < dp; j++) { p += 48; for (int l = 0; l < 48; l++) { t[l] += y[j] * p[l]; by_y[48 * j + l] += x[i] * p[l]; } }
-                for (int l = 0; l < 48; l++) { v[l] += x[i] * t[l]; by_x[48 * i + l] = t[l]; }
-            }
-            for (int l = 0; l < 48; l++) values[48 * b + l] = v[l];
+        plain.make(); plain.values.resize(plain.blocks * 48); plain.jacobian.resize(size_t(plain.blocks) * plain.dim * 48);
+        core.resize(3 * n, di * dp); slopes.resize(3 * n, di + dp); mean.resize(3 * n); result.resize(3 * n); x = plain.x; y = plain.y;
+        for (int v = 0; v < n; v++) for (int t = 0; t < terms; t++) for (int a = 0; a < 3; a++) {
+            float value = plain.c[(size_t(v / 16) * terms + t) * 48 + 16 * a + v % 16];
+            if (t == 0) mean[3 * v + a] = value; else core(3 * v + a, t - 1) = value;
         }
     }
     void gemv() {
@@ -277,40 +221,60 @@ static std::vector<double> seconds(int threads, int samples, const std::function
     return out;
 }
 
+// The normal matrix and the right-hand side, one behind the other.
+static void sums(const MatrixXf& m, const VectorXf& r, std::vector<float>& to) { to.assign(m.data(), m.data() + m.size()); to.insert(to.end(), r.data(), r.data() + r.size()); }
+
 int main(int, char** argv) {
     file.open(argv[1], std::ios::binary);
     Body body; body.read();
-    Face face; face.make();
+    Face face; face.make(); auto& blocks = face.plain; std::vector<float> shifted, shifted_sums;
+    Faces<26719, 100, 25> large_face;
+    Bodies still = body.over_blocks(0), twenty = body.over_blocks(20), hundred = body.over_blocks(100);
     Lifting small, large; small.read(5); large.read(6);
-    Locals locals; locals.make();
+    Locals locals; locals.make(); Blocks models; models.make();
+    Levels fine, finer; fine.size(5); finer.size(6); fine.coefficients = array<float>(); finer.coefficients = array<float>();
     auto points = array<float>();
     Map<Matrix3Xf> X(points.data(), 3, points.size() / 3);
     Matrix3Xf Y = ((1.1f * AngleAxisf(0.3f, Vector3f(1, 2, 3).normalized()).toRotationMatrix()) * X).colwise() + Vector3f(1, 2, 3);
-    for (int i = 0; i < body.n; i++) for (int a = 0; a < 3; a++) body.rest[size_t(i / 16) * 48 + 16 * a + i % 16] = body.mean[3 * i + a];
+    Moments moments; moments.p = points; moments.q.assign(Y.data(), Y.data() + Y.size()); moments.n = X.cols();
     typedef std::function<void(int, int)> Work;
-    // The motions of the joints belong to the job; one thread alone makes them.
-    auto posed = [&](int d) { return [&body, d](int part, int parts) { if (part == 0) body.pose(d); body.plain(d, part, parts); }; };
-    auto blocks = [&](void (Face::*job)(int, int)) {
-        return [&face, job](int part, int parts) { (face.*job)(Face::blocks * part / parts, Face::blocks * (part + 1) / parts); };
-    };
-    auto whole = [](std::function<void()> job) { return [job](int, int) { job(); }; };
-    struct Result { Work work; const float* numbers; size_t count; };
-    auto on = [&](Work work, const std::vector<float>& out) { return Result{work, out.data(), out.size()}; };
+    blocks.full(0, 1); for (float x : blocks.out) shifted.push_back(x + 0.1f);
+    auto whole = [](auto job) { return Work([job](int, int) { job(); }); };
+    // A job and where its result is.
+    struct Result { Work work; const std::vector<float>* numbers; const VectorXf* eigen; };
+    auto on = [](Work work, const std::vector<float>& out) { return Result{work, &out, nullptr}; };
+    auto by_eigen = [&](auto job) { return Result{whole(job), nullptr, &face.result}; };
+    // A member function of `of` on its part.
+    auto split = [](auto& of, auto job) { return Work([&of, job](int part, int parts) { (of.*job)(part, parts); }); };
+    auto stored = [](auto& of, auto& terms) { return Work([&](int part, int parts) { of.stored(terms, part, parts); }); };
     std::vector<float> none; small.a = small.source; large.a = large.source;
+    typedef Faces<26719, 100, 25> Large; typedef Faces<Face::n, Face::di, Face::dp> Small;
     std::map<std::string, Result> jobs = {
-        {"skin_vertices", on(whole([&] { body.pose(0); body.skin_vertices(body.mean.data()); }), body.out)}, {"skin_blocks", on(posed(0), body.out)},
-        {"body20_eigen", on(whole([&] { body.eigen(20); }), body.out)}, {"body20_blocks", on(posed(20), body.out)},
-        {"body100_eigen", on(whole([&] { body.eigen(100); }), body.out)}, {"body100_blocks", on(posed(100), body.out)},
-        {"face_blocks", on(blocks(&Face::full), face.out)}, {"face_fixed", on(blocks(&Face::fixed), face.out)},
-        {"face_jacobian", on(blocks(&Face::derivatives), face.values)},
-        {"face_eigen", {whole([&] { face.gemv(); }), face.result.data(), size_t(face.result.size())}},
-        {"face_fused", {whole([&] { face.fused(); }), face.result.data(), size_t(face.result.size())}},
-        {"face_fit", {whole([&] { face.fit(); }), face.result.data(), size_t(face.result.size())}},
+        {"skin_vertices", on(whole([&] { body.pose(0); body.skin_vertices(body.mean.data()); }), body.out)},
+        {"skin_blocks", on(split(still, &Bodies::positions), still.out)}, {"skin_dual", on(split(still, &Bodies::dual), still.out)},
+        {"face_blocks", on(split(blocks, &Small::full), blocks.out)}, {"face_fixed", on(split(blocks, &Small::fixed), blocks.out)},
+        {"face_F16", on(stored(blocks, blocks.half), blocks.out)}, {"face_I8", on(stored(blocks, blocks.bytes), blocks.out)},
+        {"face_jacobian", on(split(blocks, &Small::derivatives), blocks.jacobian)},
+        {"face_equations", on(whole([&] { blocks.equations(shifted); sums(blocks.jtj, blocks.jtr, shifted_sums); }), shifted_sums)},
+        {"face_fit_blocks", on(whole([&] { blocks.fit(); }), blocks.out)},
+        {"large_blocks", on(split(large_face, &Large::full), large_face.out)}, {"large_fixed", on(split(large_face, &Large::fixed), large_face.out)},
+        {"large_F16", on(stored(large_face, large_face.half), large_face.out)}, {"large_I8", on(stored(large_face, large_face.bytes), large_face.out)},
+        {"face_eigen", by_eigen([&] { face.gemv(); })}, {"face_fused", by_eigen([&] { face.fused(); })}, {"face_fit", by_eigen([&] { face.fit(); })},
         {"face_normal", on(whole([&] { face.equations(); }), none)},
         {"wavelet5", on(whole([&] { small.run(); }), small.a)}, {"wavelet6", on(whole([&] { large.run(); }), large.a)},
-        {"locals", on(whole([&] { locals.run(); }), locals.grid.a)},
-        {"rigid", on(whole([&] { sink = umeyama(X, Y, true)(0, 0); }), none)},
+        {"levels5", on(split(fine, &Levels::run), fine.out)}, {"levels6", on(split(finer, &Levels::run), finer.out)},
+        {"locals", on(whole([&] { locals.run(); }), locals.grid.a)}, {"locals_blocks", on(split(models, &Blocks::run), models.out)},
+        {"rigid", on(whole([&] { sink = umeyama(X, Y, true)(0, 0); }), none)}, {"moments", on(whole([&] { sink = moments.run(); }), none)},
     };
+    for (Bodies* of : {&twenty, &hundred}) {
+        std::string name = "body" + std::to_string(of->d) + "_"; int d = of->d;
+        jobs[name + "eigen"] = on(whole([&body, d] { body.eigen(d); }), body.out);
+        jobs[name + "blocks"] = on(split(*of, &Bodies::positions), of->out);
+        jobs[name + "F16"] = on(stored(*of, of->half), of->out); jobs[name + "I8"] = on(stored(*of, of->bytes), of->out);
+        jobs[name + "batch"] = on(split(*of, &Bodies::together), of->batched);
+        jobs[name + "jacobian"] = on(split(*of, &Bodies::derivatives), of->jacobian);
+        jobs[name + "gradient"] = on(whole([of] { of->reverse(); }), of->gradient);
+    }
     printf("ready Eigen %d.%d.%d\n", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION); fflush(stdout);
     char job[32]; int threads, samples; std::vector<float> set;
     while (scanf("%31s %d %d", job, &threads, &samples) == 3) {
@@ -319,9 +283,12 @@ int main(int, char** argv) {
             set.assign(size_t(atol(job + 5)) * 256 / 256 * 256, 1.f); bytes = 4 * set.size();
             times = seconds(threads, samples, [&](int part, int parts) { size_t own = set.size() / parts; sink = read_sum(&set[part * own], own); });
         } else {
+            // 1.5 GB that most measurements do not want.
+            if (name.rfind("large_", 0) == 0 && large_face.c.empty()) large_face.make();
             Result& result = jobs.at(name);
             times = seconds(threads, samples, result.work);
-            for (size_t i = 0; i < result.count; i++) sum += result.numbers[i];
+            if (result.numbers) for (float x : *result.numbers) sum += x;
+            if (result.eigen) for (float x : *result.eigen) sum += x;
         }
         printf("%zu %.9g", bytes, sum);
         for (double s : times) printf(" %.9g", s);

@@ -29,12 +29,14 @@ pub fn synthesis(bench: &mut Bench<'_>, inputs: &Inputs) -> Result<(), Box<dyn E
         let peer = format!("wavelet{levels}");
         let name = format!("wavelet synthesis, {} x {} x 3", grid.width(levels), grid.height(levels));
         let job = Job::new(name, 3.0 * 12.0 * grid.len() as f64).peer(&peer, "C++ lifting in place", Some(0.3));
-        let job = job.packaged(if levels == 5 { "wavelet_rec_L5" } else { "wavelet_rec_L6" });
+        let plain = format!("levels{levels}");
+        let job = job.plain(&plain).packaged(if levels == 5 { "wavelet_rec_L5" } else { "wavelet_rec_L6" });
         bench.row(&job, || {
             let out = black_box(&mut out);
             Ok(wavelet_synthesis(&grid, Wavelet::Cubic, levels, coefficients, out, &mut workspace)?)
         })?;
         bench.expect(&peer, &out, 1e-5)?;
+        bench.expect(&plain, &out, 1e-5)?;
         bench.row(&job.on(2), || {
             Ok(wavelet_synthesis_parallel(&grid, Wavelet::Cubic, levels, coefficients, black_box(&mut out), 2)?)
         })?;
@@ -63,12 +65,13 @@ pub fn model(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
     let mut out = vec![0.0; 3 * n];
     let moved = 4.0 * (n * (3 + 3 * identity_dim * pose_dim + identity_dim + pose_dim + 2 * 3)) as f64;
     let name = format!("{n} local models {identity_dim} x {pose_dim}, with synthesis");
-    let job =
-        Job::new(name, moved).peer("locals", "C++ loop + lifting in place", None).packaged("wavelet_local_models");
+    let job = Job::new(name, moved).plain("locals_blocks").packaged("wavelet_local_models");
+    let job = job.peer("locals", "C++ loop + lifting in place", None);
     bench.row(&job, || {
         let at = generator.begin(weights, false, &mut state)?;
         Ok(evaluate_at(&generator, at, 0..n, black_box(&mut out))?)
     })?;
     bench.expect("locals", &out, 1e-5)?;
+    bench.expect("locals_blocks", &out, 1e-5)?;
     bench.row(&job.on(2), || Ok(evaluate_surface_parallel(&generator, weights, black_box(&mut out), 2)?))
 }

@@ -55,8 +55,8 @@ impl Peers {
     /// The programs that are installed; for the others a line on the error output says what is missing.
     pub fn found(threads: &[usize]) -> Self {
         let source = include_str!("peers.cpp");
-        let search = Program::compiled("peers.cpp", source, &["-lgmp", "-lmpfr"])
-            .or_else(|_| Program::compiled("peers.cpp", source, &[]))
+        let search = Program::compiled(&[("peers.cpp", source)], &["-lgmp", "-lmpfr"])
+            .or_else(|_| Program::compiled(&[("peers.cpp", source)], &[]))
             .inspect_err(|error| eprintln!("without peers in C++: {error}"))
             .ok();
         let python = std::env::var("PYTHON").unwrap_or_else(|_| "python3".into());
