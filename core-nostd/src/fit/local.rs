@@ -156,7 +156,7 @@ impl<'w> Local<'w> {
         bilinear(mean, self.core, self.identity.weights, self.pose.weights)
     }
 
-    /// Improves the weights and returns the change of the coefficient; `None` when they are as good as can be found.
+    /// Improves the weights and returns the change of the coefficient; `None`, and the weights as they were, when they are as good as can be found.
     ///
     /// Two starts, the weights as they are and their means, each with [`SWEEPS`] alternations; the better of them is taken if it is better than the
     /// weights were.
@@ -164,6 +164,8 @@ impl<'w> Local<'w> {
         let start = self.value(mean);
         let mut best_energy = omega * (self.identity.pull() + self.pose.pull());
         let mut best = None;
+        self.identity.keep();
+        self.pose.keep();
         for from_means in [false, true] {
             if from_means {
                 for mode in [&mut self.identity, &mut self.pose] {
@@ -192,7 +194,6 @@ impl<'w> Local<'w> {
                 self.pose.keep();
             }
         }
-        best?;
         for mode in [&mut self.identity, &mut self.pose] {
             for (weight, best) in mode.weights.iter_mut().zip(mode.best.iter()) {
                 *weight = *best;
