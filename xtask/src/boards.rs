@@ -45,7 +45,7 @@ impl Board {
     /// The folder of the programs linked for it, below the build folder.
     pub const fn folder(self) -> &'static str {
         match self {
-            Board::An386 => "firmware",
+            Board::An386 => "firmware-m4f",
             Board::An500 => "firmware-m7",
         }
     }

@@ -3,6 +3,7 @@
 use crate::c_library::{self, Libraries};
 use crate::c_program::{Language, WARNINGS};
 use crate::compiler::{Build, Compiler, Kind};
+use crate::cross::Optimised;
 use crate::fused::fused_multiply_adds_of_archive;
 use crate::golden::{Interface, Run, VECTORS};
 use crate::install::installed;
@@ -47,11 +48,13 @@ pub fn native_runs(libraries: &Libraries) -> Result<Vec<Run>> {
 }
 
 /// C on another target, linked without shared libraries, in its emulator.
-pub fn emulated_run(target: Target) -> Result<Run> {
+pub fn emulated_run(target: Target, optimised: Optimised) -> Result<Run> {
     let compiler = Compiler::installed(target)?;
     let kind = Kind::StaticLibrary;
     let build_options = Build { folder: CRATE, profile: PROFILE, features: "", kind };
-    succeed(compiler.build(&build_options).arg("--no-default-features"))?;
+    let mut command = compiler.build(&build_options);
+    optimised.set(&mut command);
+    succeed(command.arg("--no-default-features"))?;
     let library = compiler.artefact(kind, PROFILE, LIBRARY);
     refuse_fused(&library, LIBRARY, |_| false)?;
     let program = library.with_file_name("vectors-c");

@@ -120,6 +120,11 @@ impl Compiler {
 
     /// Where [`Compiler::build`] leaves a product of the name `name`, a program's or a library's.
     pub fn artefact(&self, kind: Kind, profile: &str, name: &str) -> PathBuf {
+        self.artefact_below(&target_dir(self.target.folder()), kind, profile, name)
+    }
+
+    /// The same in a build folder of its own (`CARGO_TARGET_DIR`).
+    pub fn artefact_below(&self, build_folder: &Path, kind: Kind, profile: &str, name: &str) -> PathBuf {
         // Cargo's own profiles of development share a folder.
         let folder = if matches!(profile, "dev" | "test") { "debug" } else { profile };
         let library = name.replace('-', "_");
@@ -129,12 +134,7 @@ impl Compiler {
             (Kind::SharedLibrary, Target::Wasm) => format!("{library}.wasm"),
             (Kind::SharedLibrary, _) => format!("lib{library}.so"),
         };
-        self.folder().join(folder).join(file)
-    }
-
-    /// The folder of the target's builds.
-    fn folder(&self) -> PathBuf {
-        target_dir(self.target.folder()).join(self.target.triple())
+        build_folder.join(self.target.triple()).join(folder).join(file)
     }
 }
 

@@ -8,6 +8,7 @@ use crate::compiler::{Build, Compiler, Kind};
 use crate::golden::{self, Cases, FOLDER, Interface, LIBRARY, Run};
 use crate::process::{Result, ended, project, succeed};
 use crate::targets::Target;
+use std::process::Command;
 use std::time::Duration;
 
 /// What a C host of ours is compiled with.
@@ -24,8 +25,26 @@ pub struct Options {
 /// Builds, searches, runs, compares.
 pub fn run(options: &Options) -> Result<()> {
     ready()?;
-    let (runs, objections) = runs()?;
+    let (runs, objections) = runs(Optimised::AsShipped)?;
     golden::concluded(&runs, &Cases::read()?, &objections, options.json)
+}
+
+/// How the libraries are compiled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Optimised {
+    /// As C programs get them.
+    AsShipped,
+    /// In two thirds of the time; the same bits are asked of it.
+    Quickly,
+}
+
+impl Optimised {
+    /// Sets a build of the profile [`PROFILE`] so.
+    pub fn set(self, build: &mut Command) {
+        if self == Optimised::Quickly {
+            build.env(format!("CARGO_PROFILE_{}_OPT_LEVEL", PROFILE.to_uppercase()), "1");
+        }
+    }
 }
 
 const TARGETS: [(Target, bool); 2] = [(Target::AArch64, false), (Target::BigEndian, true)];
@@ -41,10 +60,11 @@ pub fn ready() -> Result<()> {
 }
 
 /// The core and the C interface on each target, and what is wrong with a byte order.
-pub fn runs() -> Result<(Vec<Run>, Vec<String>)> {
+pub fn runs(optimised: Optimised) -> Result<(Vec<Run>, Vec<String>)> {
     // A build of one target uses one core most of the time.
     let results = std::thread::scope(|scope| {
-        let started = TARGETS.map(|(target, _)| scope.spawn(move || [golden_run(target), emulated_run(target)]));
+        let started = TARGETS
+            .map(|(target, _)| scope.spawn(move || [golden_run(target, optimised), emulated_run(target, optimised)]));
         started.map(|thread| thread.join().map_err(|_| String::from("a run panicked")))
     });
     let (mut runs, mut objections) = (Vec::new(), Vec::new());
@@ -59,10 +79,12 @@ pub fn runs() -> Result<(Vec<Run>, Vec<String>)> {
 }
 
 /// The core behind the functions of tests/golden-c.
-fn golden_run(target: Target) -> Result<Run> {
+fn golden_run(target: Target, optimised: Optimised) -> Result<Run> {
     let compiler = Compiler::installed(target)?;
     let kind = Kind::StaticLibrary;
-    succeed(&mut compiler.build(&Build { folder: FOLDER, profile: PROFILE, features: "", kind }))?;
+    let mut build = compiler.build(&Build { folder: FOLDER, profile: PROFILE, features: "", kind });
+    optimised.set(&mut build);
+    succeed(&mut build)?;
     let library = compiler.artefact(kind, PROFILE, LIBRARY);
     refuse_fused(&library, LIBRARY, |symbol| symbol == "abort" || symbol.starts_with("golden_"))?;
     let program = library.with_file_name("golden");

@@ -89,30 +89,26 @@ pub fn rows(wanted: impl Fn(&str) -> bool) -> Result<Vec<Row>> {
     let compiler = Compiler::installed(Target::CortexM)?;
     let profiles: Vec<_> = PROFILES.into_iter().filter(|name| wanted(name)).collect();
     let models = if profiles == [C] { None } else { models()? };
-    // Each is one long run of one core; the programs in C come after their library.
-    let builds: Vec<(&'static str, Option<Board>)> = profiles
-        .into_iter()
-        .flat_map(|profile| match profile {
-            C => vec![(profile, None)],
-            _ => Board::ALL.into_iter().map(|board| (profile, Some(board))).collect(),
-        })
-        .collect();
-    let built: Vec<Result<Vec<(Board, PathBuf)>>> = each(&builds, processors(), |(profile, board)| match board {
-        Some(board) => Ok(vec![(*board, built_programs(&compiler, profile, *board, models.as_deref())?)]),
-        None => {
+    // What is compiled for one board serves the other, so a profile is one row of builds; the programs in C come after their library.
+    let built: Vec<Result<Vec<(Board, PathBuf)>>> = each(&profiles, processors(), |profile| match *profile {
+        C => {
             let library = built_library(&compiler)?;
             Board::ALL.into_iter().map(|board| Ok((board, built_c_programs(&library, board)?))).collect()
         }
+        profile => {
+            let build = |board| Ok((board, built_programs(&compiler, profile, board, models.as_deref())?));
+            Board::ALL.into_iter().map(build).collect()
+        }
     })?;
     let mut programs = Vec::new();
-    for ((profile, _), folders) in builds.iter().zip(built) {
+    for (profile, folders) in profiles.iter().zip(built) {
         for (board, folder) in folders? {
             let base = linked(&folder.join(EMPTY), board, false)?;
             for program in names(profile, models.is_some())? {
                 let wide = program == GOLDEN;
                 // A program that holds no model is the same on every board, and this one takes minutes to build.
                 let path = match board {
-                    Board::An500 if wide && *profile != C => folder_of(&compiler, profile, Board::An386).join(&program),
+                    Board::An500 if wide && *profile != C => folder_of(profile, Board::An386).join(&program),
                     _ => folder.join(&program),
                 };
                 let code = linked(&path, board, wide)?.saturating_sub(base);
@@ -156,15 +152,22 @@ fn built_programs(compiler: &Compiler, profile: &str, board: Board, models: Opti
     if let Some(folder) = models {
         command.env("HABITUS_MODELS", folder);
     }
-    succeed(command.env("CARGO_TARGET_DIR", target_dir(board.folder())).env("HABITUS_BOARD", board.name()))?;
-    Ok(folder_of(compiler, profile, board))
+    succeed(command.env("HABITUS_BOARD", board.name()))?;
+    // The next board's programs have the same names.
+    let (made, kept) = (compiler.artefact(Kind::Programs, profile, ""), folder_of(profile, board));
+    std::fs::create_dir_all(&kept).map_err(|error| format!("{}: {error}", kept.display()))?;
+    for program in names(profile, models.is_some())? {
+        if program != GOLDEN || board == Board::An386 {
+            let copied = std::fs::copy(made.join(&program), kept.join(&program));
+            copied.map_err(|error| format!("{}: {error}", made.join(&program).display()))?;
+        }
+    }
+    Ok(kept)
 }
 
 /// Where the programs in Rust for a board are.
-fn folder_of(compiler: &Compiler, profile: &str, board: Board) -> PathBuf {
-    let program = compiler.artefact(Kind::Programs, profile, "");
-    let below = program.strip_prefix(target_dir(Target::CortexM.folder())).unwrap_or(&program);
-    target_dir(board.folder()).join(below)
+fn folder_of(profile: &str, board: Board) -> PathBuf {
+    target_dir(board.folder()).join(profile)
 }
 
 /// What is not as it should be: results that depend on compiler or language, and budgets that are exceeded.
@@ -212,8 +215,11 @@ pub fn c_code(rows: &[Row]) -> Vec<(&str, u64)> {
 fn built_library(compiler: &Compiler) -> Result<PathBuf> {
     let kind = Kind::StaticLibrary;
     let build = Build { folder: c_hosts::CRATE, profile: C_PROFILE, features: "", kind };
-    succeed(compiler.build(&build).arg("--no-default-features"))?;
-    Ok(compiler.artefact(kind, C_PROFILE, c_hosts::LIBRARY))
+    // Beside the programs in Rust, which hold their own folder while they are built.
+    let folder = target_dir("firmware-c");
+    let mut command = compiler.build(&build);
+    succeed(command.arg("--no-default-features").env("CARGO_TARGET_DIR", &folder))?;
+    Ok(compiler.artefact_below(&folder, kind, C_PROFILE, c_hosts::LIBRARY))
 }
 
 /// Builds the programs in C for a board with their own Makefile; returns their folder.

@@ -3,6 +3,7 @@
 //! Fails on a differing bit, a case that did not run, or a changed bit that was not noticed; and on what `cargo xtask firmware` objects to,
 //! whose programs it runs.
 
+use crate::cross::Optimised;
 use crate::golden::{self, Cases};
 use crate::process::Result;
 use crate::{c_hosts, c_library, cross, firmware, rust_hosts, sizes, wasm};
@@ -15,7 +16,7 @@ pub struct Options {
     /// Print runs and sizes as JSON, and nothing else, on standard output.
     #[arg(long)]
     json: bool,
-    /// Also the firmware that is optimised for speed.
+    /// Also the firmware that is optimised for speed, and the other processors with the libraries as they are shipped.
     #[arg(long)]
     speed: bool,
 }
@@ -28,10 +29,12 @@ pub fn run(options: &Options) -> Result<()> {
     wasm::ready()?;
     let known = Cases::read()?;
     let mut runs = timed("Rust on this machine", rust_hosts::runs)?;
+    let optimised = if options.speed { Optimised::AsShipped } else { Optimised::Quickly };
     // One build after the other leaves cores idle: two rows of them, of about the same length.
     let (here, there) = std::thread::scope(|scope| {
-        let there =
-            scope.spawn(|| -> Result<_> { Ok((timed("wasm", wasm::made)?, timed("AArch64 and s390x", cross::runs)?)) });
+        let there = scope.spawn(|| -> Result<_> {
+            Ok((timed("wasm", wasm::made)?, timed("AArch64 and s390x", || cross::runs(optimised))?))
+        });
         let here = || -> Result<_> {
             let libraries = timed("library for C and C++", || c_library::built(c_hosts::PROFILE))?;
             let native = timed("C and C++ on this machine", || c_hosts::native_runs(&libraries))?;

@@ -11,7 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Duration;
 
-const PROFILE: &str = "release";
+/// That of the modules; the golden runner has one of the same name, so that `core` is built once for both.
+const PROFILE: &str = "wasm";
 /// What the page and its tests lie in.
 const WEB: &str = "examples/web";
 /// The model that the page starts with.
@@ -136,8 +137,8 @@ fn node(script: &str) -> Result<Command> {
 /// Everything that is compiled, at the same time: a build uses one core most of the time.
 fn builds(compiler: &Compiler) -> (Result<Run>, [Result<PathBuf>; 2]) {
     std::thread::scope(|scope| {
-        let kernel = scope.spawn(|| kernel_run(compiler));
         let modules = MODULES.each_ref().map(|module| scope.spawn(|| built(compiler, module)));
+        let kernel = scope.spawn(|| kernel_run(compiler));
         let panicked = || String::from("a build panicked").into();
         let modules = modules.map(|build| build.join().unwrap_or_else(|_| Err(panicked())));
         (kernel.join().unwrap_or_else(|_| Err(panicked())), modules)
@@ -146,9 +147,7 @@ fn builds(compiler: &Compiler) -> (Result<Run>, [Result<PathBuf>; 2]) {
 
 /// The kernel itself in the module of the golden runner.
 fn kernel_run(compiler: &Compiler) -> Result<Run> {
-    let kind = Kind::SharedLibrary;
-    succeed(&mut compiler.build(&Build { folder: FOLDER, profile: PROFILE, features: "", kind }))?;
-    let module = compiler.artefact(kind, PROFILE, LIBRARY);
+    let module = module_of(compiler, FOLDER, LIBRARY, &MODULES[0], &[])?;
     let script = project().join(FOLDER).join("run.mjs");
     let ended = ended(Target::Wasm.emulator()?.arg(script).arg(module), Duration::from_secs(300))?;
     Ok(Run::new("Rust, wasm", Interface::Rust, compiler.version(), Target::Wasm.emulator_version()?, &ended))
@@ -156,13 +155,17 @@ fn kernel_run(compiler: &Compiler) -> Result<Run> {
 
 /// The C interface as a module.
 fn built(compiler: &Compiler, module: &Module) -> Result<PathBuf> {
-    let kind = Kind::SharedLibrary;
-    let mut build = compiler.build(&Build { folder: "ffi", profile: "wasm", features: "", kind });
-    build.arg("--no-default-features");
-    build.env("CARGO_TARGET_DIR", target_dir(module.folder));
+    module_of(compiler, "ffi", "habitus-ffi", module, &["--no-default-features"])
+}
+
+/// The library of a package, built as a module is.
+fn module_of(compiler: &Compiler, folder: &str, library: &str, module: &Module, options: &[&str]) -> Result<PathBuf> {
+    let (kind, build_folder) = (Kind::SharedLibrary, target_dir(module.folder));
+    let mut build = compiler.build(&Build { folder, profile: PROFILE, features: "", kind });
+    build.args(options).env("CARGO_TARGET_DIR", &build_folder);
     build.env("CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS", module.flags);
     succeed(&mut build)?;
-    Ok(target_dir(module.folder).join(Target::Wasm.triple()).join("wasm/habitus_ffi.wasm"))
+    Ok(compiler.artefact_below(&build_folder, kind, PROFILE, library))
 }
 
 fn wrapper_run(compiler: &Compiler, title: &'static str, module: &Path) -> Result<Run> {

@@ -230,7 +230,6 @@ impl<'w> Local<'w> {
             let [x, y, z] = quadratic.image(change);
             let [a, b, c] = quadratic.gradient;
             let force = [a - x, b - y, c - z];
-            let mut largest = 0.0;
             let mut count = 0usize;
             for (k, slope) in slopes.iter().enumerate() {
                 let weight = at(mode.weights, k);
@@ -240,36 +239,17 @@ impl<'w> Local<'w> {
                 let moves = !outside && at(stuck, k) == 0.0;
                 set(self.step, k, if moves { down } else { 0.0 });
                 count += usize::from(moves);
-                let image = quadratic.image(*slope);
-                for (l, other) in slopes.iter().enumerate() {
-                    let own = if k == l { omega * at(mode.precision, k) } else { 0.0 };
-                    set(self.matrix, k * dim + l, dot(image, *other) + own);
-                }
-                largest = Real::max(largest, at(self.matrix, k * dim + k));
-                if !moves {
-                    // Out of the system: a row of its own.
-                    for l in 0..dim {
-                        set(self.matrix, k * dim + l, 0.0);
-                    }
-                    set(stuck, k, if at(stuck, k) == 0.0 { -1.0 } else { at(stuck, k) });
+                if !moves && at(stuck, k) == 0.0 {
+                    set(stuck, k, -1.0);
                 }
             }
-            if count == 0 || !(largest > 0.0) {
+            if count == 0 {
                 break;
-            }
-            // More weights than three, or directions that no sample sees, leave the system singular; a little weight on the diagonal keeps the step short there.
-            for k in 0..dim {
-                for l in 0..dim {
-                    if at(stuck, k) != 0.0 || at(stuck, l) != 0.0 {
-                        set(self.matrix, k * dim + l, 0.0);
-                    }
-                }
-                let own = at(self.matrix, k * dim + k) + 1e-5 * largest;
-                set(self.matrix, k * dim + k, own);
             }
             let matrix = self.matrix.get_mut(..dim * dim).unwrap_or_default();
             let step = self.step.get_mut(..dim).unwrap_or_default();
-            if cholesky::factor_in_place(matrix, dim).is_err() || cholesky::solve_in_place(matrix, step).is_err() {
+            let own = |k: usize| omega * at(mode.precision, k);
+            if !factored(matrix, slopes, stuck, quadratic, own) || cholesky::solve_in_place(matrix, step).is_err() {
                 break;
             }
             let (mut length, mut stops) = (1.0, None);
@@ -309,6 +289,43 @@ impl<'w> Local<'w> {
             }
         }
     }
+}
+
+/// The factor of the system of the weights that may move; others have a row of their own.
+///
+/// More weights than three, or directions that no sample sees, leave the system singular; a little weight on the diagonal keeps the step short there,
+/// and more where the entries are what rounding has left of larger numbers.
+fn factored(
+    matrix: &mut [f32],
+    slopes: &[[f32; 3]],
+    stuck: &[f32],
+    quadratic: &Quadratic,
+    own: impl Fn(usize) -> f32,
+) -> bool {
+    let dim = slopes.len();
+    for damping in [1e-5, 1e-4, 1e-3, 1e-2, 0.1] {
+        let mut largest = 0.0;
+        for (k, slope) in slopes.iter().enumerate() {
+            let image = quadratic.image(*slope);
+            for (l, other) in slopes.iter().enumerate() {
+                let entry = dot(image, *other) + if k == l { own(k) } else { 0.0 };
+                largest = if k == l { Real::max(largest, entry) } else { largest };
+                let apart = at(stuck, k) != 0.0 || at(stuck, l) != 0.0;
+                set(matrix, k * dim + l, if apart { 0.0 } else { entry });
+            }
+        }
+        if !(largest > 0.0) {
+            return false;
+        }
+        for k in 0..dim {
+            let entry = at(matrix, k * dim + k) + damping * largest;
+            set(matrix, k * dim + k, entry);
+        }
+        if cholesky::factor_in_place(matrix, dim).is_ok() {
+            return true;
+        }
+    }
+    false
 }
 
 #[derive(Clone, Copy)]
