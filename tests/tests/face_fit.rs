@@ -19,6 +19,10 @@ fn shared_scans_are_fitted() {
     let shared = Shared::read(&dir);
     // Size, projection of the truth, the most that is accepted (mean over the clean scans, mm).
     for (size, best, bar) in [((20, 10), 1.04, 1.45), ((59, 10), 0.64, 1.15)] {
+        // The larger model's fits take a minute in a debug build; `cargo xtask nightly` has them.
+        if cfg!(debug_assertions) && size != (20, 10) {
+            continue;
+        }
         let bytes = shared.model(size);
         let model = habitus_core::format::Model::open(&bytes).expect("a model");
         let mut scores: Vec<Score> = Vec::new();

@@ -15,18 +15,11 @@ pub fn rigid(bench: &mut Bench<'_>, inputs: &Inputs) -> Result<(), Box<dyn Error
     let turned: Vec<[f32; 3]> = points.iter().map(|[x, y, z]| [1.1 * y + 1.0, -1.1 * x + 2.0, 1.1 * z + 3.0]).collect();
     let job =
         Job::new(format!("rigid alignment, {} points", points.len()), 24.0 * points.len() as f64).plain("moments");
-    let align = || -> Result<(), habitus_core::Error> {
+    let align = |_: &mut ()| {
         let moments = habitus::evaluate::moments(black_box(points), &turned)?;
-        black_box(moments.similarity(true)?);
-        Ok(())
+        moments.similarity(true).map(|similarity| drop(black_box(similarity)))
     };
-    bench.row(&job.peer("rigid", "Eigen umeyama", Some(0.1)).packaged("rigid_26719"), || Ok(align()?))?;
-    // The sums over the points have one order: two threads align two pairs of clouds.
-    let job = Job::new(format!("two of them, {} points each", points.len()), 48.0 * points.len() as f64)
-        .plain("moments")
-        .on(2);
-    bench.row(&job, || {
-        let (one, other) = rayon::join(align, align);
-        Ok(one.and(other)?)
-    })
+    let job = job.peer("rigid", "Eigen umeyama", Some(0.1)).packaged("rigid_26719");
+    bench.row(&job, || Ok(align(&mut ())?))?;
+    bench.two(&job, &mut [(), ()], align)
 }

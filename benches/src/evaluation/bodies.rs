@@ -132,11 +132,15 @@ pub fn whole(bench: &mut Bench<'_>, inputs: &Inputs, file: &[u8]) -> Result<(), 
         Ok(linearise_at_parallel(&body, at, 0..blocks, black_box(&mut values), &mut jacobian, 2)?)
     })?;
     let gradients: Vec<f32> = (0..3 * n).map(noise).collect();
-    let mut gradient = vec![0.0; columns];
-    let mut workspace = vec![0.0; body.gradient_req().numbers()];
-    bench.row(&Job::new(title("gradient in reverse"), bytes).plain(plain("gradient")), || {
-        let at = body.begin(weights, true, &mut state)?;
-        Ok(body.gradient_at(at, &gradients, black_box(&mut gradient), &mut workspace)?)
-    })?;
-    bench.expect(&plain("gradient"), &gradient, 1e-4)
+    // State, gradient and workspace.
+    let [state, workspace] = [body.state_req(true), body.gradient_req()].map(|needed| needed.numbers());
+    let mut memory = [(); 2].map(|()| (vec![0.0; state], vec![0.0; columns], vec![0.0; workspace]));
+    let reverse = |(state, gradient, workspace): &mut (Vec<f32>, Vec<f32>, Vec<f32>)| {
+        let at = body.begin(weights, true, state)?;
+        body.gradient_at(at, &gradients, black_box(gradient), workspace)
+    };
+    let job = Job::new(title("gradient in reverse"), bytes).plain(plain("gradient"));
+    bench.row(&job, || Ok(reverse(&mut memory[0])?))?;
+    bench.expect(&plain("gradient"), &memory[0].1, 1e-4)?;
+    bench.two(&job, &mut memory, reverse)
 }

@@ -78,17 +78,17 @@ pub fn small(bench: &mut Bench<'_>) -> Result<(), Box<dyn Error>> {
         Sample { point: SurfacePoint::vertex(vertex as u32), target, normal: None, weight: 1.0 }
     };
     let samples: Vec<Sample> = (0..n).map(sample).collect();
-    let (mut jtj, mut jtr) = (vec![0.0; dim * dim], vec![0.0; dim]);
-    let mut workspace = vec![0.0; normal_equations_req(dim, Frame::Fixed).numbers()];
+    let workspace = normal_equations_req(dim, Frame::Fixed).numbers();
+    let mut memory = [(); 2].map(|()| (vec![0.0; dim * dim], vec![0.0; dim], vec![0.0; workspace]));
+    let equations = |(jtj, jtr, workspace): &mut (Vec<f32>, Vec<f32>, Vec<f32>)| {
+        let at = &Similarity::IDENTITY;
+        normal_equations(&generator, weights, &samples[..], at, Frame::Fixed, black_box(jtj), jtr, workspace).map(drop)
+    };
     let job = Job::new(title("normal equations of all vertices"), bytes(SMALL, 192.0)).plain("face_equations");
     let job = job.peer("face_normal", "C++ fused loop + Eigen rank update", None);
-    bench.row(&job, || {
-        let at = &Similarity::IDENTITY;
-        let (jtj, jtr, workspace) = (black_box(&mut jtj), &mut jtr, &mut workspace);
-        normal_equations(&generator, weights, &samples[..], at, Frame::Fixed, jtj, jtr, workspace)?;
-        Ok(())
-    })?;
-    bench.expect("face_equations", &[&jtj[..], &jtr[..]].concat(), 1e-4)?;
+    bench.row(&job, || Ok(equations(&mut memory[0])?))?;
+    bench.expect("face_equations", &[&memory[0].0[..], &memory[0].1].concat(), 1e-4)?;
+    bench.two(&job, &mut memory, equations)?;
     fitted(bench, &generator, weights, &mut out)
 }
 
@@ -115,23 +115,26 @@ fn fitted(
         limits: Limits::default(),
     };
     let (identity_dim, pose_dim) = (generator.identity_dim(), generator.pose_dim());
-    let mut memory = vec![0.0; fit_points_req(identity_dim, pose_dim, options.frame).numbers()];
-    let (mut identity, mut pose) = (vec![0.0; identity_dim], vec![0.0; pose_dim]);
-    let (mut placement, mut iterations) = (Similarity::IDENTITY, 0);
+    let needed = fit_points_req(identity_dim, pose_dim, options.frame).numbers();
+    // Identity, pose, workspace, and the iterations that were made.
+    let mut memory = [(); 2].map(|()| (vec![0.0; identity_dim], vec![0.0; pose_dim], vec![0.0; needed], 0));
+    let fit = |(identity, pose, memory, iterations): &mut (Vec<f32>, Vec<f32>, Vec<f32>, u32)| {
+        identity.fill(0.2);
+        pose.fill(0.2);
+        let placement = &mut Similarity::IDENTITY.clone();
+        let report = fit_points(generator, &samples[..], &options, identity, pose, placement, memory)?;
+        *iterations = report.iterations;
+        Ok(())
+    };
     let name = format!("fit of {n} points, {} unknowns", identity_dim + pose_dim);
     let job = Job::new(name, bytes(SMALL, 192.0)).plain("face_fit_blocks").packaged("bilinear_fit_small").long();
     let job =
         job.peer("face_fit", "C++: Eigen's normal matrix of the products of weights once, least squares in turn", None);
-    bench.row(&job, || {
-        identity.fill(0.2);
-        pose.fill(0.2);
-        let (identity, pose, samples) = (&mut identity[..], &mut pose[..], &samples[..]);
-        let report = fit_points(generator, samples, &options, identity, pose, &mut placement, &mut memory)?;
-        iterations = report.iterations;
-        Ok(())
-    })?;
+    bench.row(&job, || Ok(fit(&mut memory[0])?))?;
+    bench.two(&job, &mut memory, fit)?;
+    let (identity, pose, _, iterations) = &memory[0];
     eprintln!("fit: {iterations} iterations");
-    evaluate(generator, Weights { identity: &identity, pose: &pose }, 0..n, out)?;
+    evaluate(generator, Weights { identity, pose }, 0..n, out)?;
     bench.expect("face_fit", out, 1e-4)?;
     bench.expect("face_fit_blocks", out, 1e-4)
 }

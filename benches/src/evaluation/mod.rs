@@ -167,6 +167,24 @@ impl Bench<'_> {
         Ok(())
     }
 
+    /// What has one order of its sums, hence one thread: two of them side by side, each with memory of its own.
+    ///
+    /// # Errors
+    /// When one of them fails.
+    pub fn two<T: Send>(
+        &mut self,
+        job: &Job,
+        memory: &mut [T; 2],
+        work: impl Fn(&mut T) -> Result<(), habitus_core::Error> + Sync,
+    ) -> Result<(), Box<dyn Error>> {
+        let job = Job { name: format!("two of: {}", job.name), bytes: 2.0 * job.bytes, packaged: None, ..job.on(2) };
+        let [first, second] = memory;
+        self.row(&job, || {
+            let (first, second) = rayon::join(|| work(first), || work(second));
+            Ok(first.and(second)?)
+        })
+    }
+
     /// The sum of a peer's result, which ours has to have too.
     ///
     /// # Errors

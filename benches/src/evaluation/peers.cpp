@@ -221,13 +221,10 @@ static std::vector<double> seconds(int threads, int samples, const std::function
     return out;
 }
 
-// The normal matrix and the right-hand side, one behind the other.
-static void sums(const MatrixXf& m, const VectorXf& r, std::vector<float>& to) { to.assign(m.data(), m.data() + m.size()); to.insert(to.end(), r.data(), r.data() + r.size()); }
-
 int main(int, char** argv) {
     file.open(argv[1], std::ios::binary);
     Body body; body.read();
-    Face face; face.make(); auto& blocks = face.plain; std::vector<float> shifted, shifted_sums;
+    Face face; face.make(); auto& blocks = face.plain; std::vector<float> shifted;
     Faces<26719, 100, 25> large_face;
     Bodies still = body.over_blocks(0), twenty = body.over_blocks(20), hundred = body.over_blocks(100);
     Lifting small, large; small.read(5); large.read(6);
@@ -247,6 +244,9 @@ int main(int, char** argv) {
     // A member function of `of` on its part.
     auto split = [](auto& of, auto job) { return Work([&of, job](int part, int parts) { (of.*job)(part, parts); }); };
     auto stored = [](auto& of, auto& terms) { return Work([&](int part, int parts) { of.stored(terms, part, parts); }); };
+    // What has one order of its sums is done whole by each thread, with data of its own.
+    auto each = [](auto& one, auto& other, auto job) { return Work([&one, &other, job](int part, int) { job(part ? other : one); }); };
+    auto second_blocks = blocks; Bodies second_twenty = twenty, second_hundred = hundred;
     std::vector<float> none; small.a = small.source; large.a = large.source;
     typedef Faces<26719, 100, 25> Large; typedef Faces<Face::n, Face::di, Face::dp> Small;
     std::map<std::string, Result> jobs = {
@@ -255,8 +255,8 @@ int main(int, char** argv) {
         {"face_blocks", on(split(blocks, &Small::full), blocks.out)}, {"face_fixed", on(split(blocks, &Small::fixed), blocks.out)},
         {"face_F16", on(stored(blocks, blocks.half), blocks.out)}, {"face_I8", on(stored(blocks, blocks.bytes), blocks.out)},
         {"face_jacobian", on(split(blocks, &Small::derivatives), blocks.jacobian)},
-        {"face_equations", on(whole([&] { blocks.equations(shifted); sums(blocks.jtj, blocks.jtr, shifted_sums); }), shifted_sums)},
-        {"face_fit_blocks", on(whole([&] { blocks.fit(); }), blocks.out)},
+        {"face_equations", on(each(blocks, second_blocks, [&](auto& of) { of.equations(shifted); }), blocks.sums)},
+        {"face_fit_blocks", on(each(blocks, second_blocks, [](auto& of) { of.fit(); }), blocks.out)},
         {"large_blocks", on(split(large_face, &Large::full), large_face.out)}, {"large_fixed", on(split(large_face, &Large::fixed), large_face.out)},
         {"large_F16", on(stored(large_face, large_face.half), large_face.out)}, {"large_I8", on(stored(large_face, large_face.bytes), large_face.out)},
         {"face_eigen", by_eigen([&] { face.gemv(); })}, {"face_fused", by_eigen([&] { face.fused(); })}, {"face_fit", by_eigen([&] { face.fit(); })},
@@ -273,7 +273,8 @@ int main(int, char** argv) {
         jobs[name + "F16"] = on(stored(*of, of->half), of->out); jobs[name + "I8"] = on(stored(*of, of->bytes), of->out);
         jobs[name + "batch"] = on(split(*of, &Bodies::together), of->batched);
         jobs[name + "jacobian"] = on(split(*of, &Bodies::derivatives), of->jacobian);
-        jobs[name + "gradient"] = on(whole([of] { of->reverse(); }), of->gradient);
+        Bodies& second = d == 20 ? second_twenty : second_hundred;
+        jobs[name + "gradient"] = on(each(*of, second, [](auto& of) { of.reverse(); }), of->gradient);
     }
     printf("ready Eigen %d.%d.%d\n", EIGEN_WORLD_VERSION, EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION); fflush(stdout);
     char job[32]; int threads, samples; std::vector<float> set;

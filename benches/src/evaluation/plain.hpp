@@ -84,7 +84,7 @@ struct Bytes {
 // A bilinear model of n vertices.
 template <int N, int DI, int DP> struct Faces {
     static const int n = N, di = DI, dp = DP, terms = 1 + di * dp, blocks = (n + 15) / 16, dim = di + dp;
-    std::vector<float> c, columns, out, values, jacobian, products; Halves half; Bytes bytes;
+    std::vector<float> c, columns, out, values, jacobian, products, sums; Halves half; Bytes bytes;
     Eigen::VectorXf x, y; Eigen::MatrixXf jtj; Eigen::VectorXf jtr;
     void make() {
         c.assign(size_t(blocks) * terms * 48, 0.f); columns.assign(size_t(blocks) * (1 + dp) * 48, 0.f); out.resize(3 * n); x.resize(di); y.resize(dp);
@@ -143,8 +143,7 @@ template <int N, int DI, int DP> struct Faces {
     }
     // Vertices against targets: the derivatives of a block, then one row after another into the normal matrix.
     float equations(const std::vector<float>& target) {
-        static float m[dim][(dim + 7) / 8 * 8], rhs[(dim + 7) / 8 * 8]; float cost = 0, v[48], slopes[dim * 48];
-        std::memset(m, 0, sizeof m); std::memset(rhs, 0, sizeof rhs);
+        float m[dim][(dim + 7) / 8 * 8] = {}, rhs[(dim + 7) / 8 * 8] = {}, cost = 0, v[48], slopes[dim * 48];
         for (int b = 0; b < blocks; b++) {
             block_derivatives(b, v, slopes);
             for (int l = 0; l < 16 && 16 * b + l < n; l++) for (int a = 0; a < 3; a++) {
@@ -155,8 +154,9 @@ template <int N, int DI, int DP> struct Faces {
                 cost += r * r;
             }
         }
-        jtj.resize(dim, dim); jtr.resize(dim);
-        for (int p = 0; p < dim; p++) { jtr[p] = rhs[p]; for (int q = 0; q < dim; q++) jtj(p, q) = m[p][q]; }
+        jtj.resize(dim, dim); jtr.resize(dim); sums.clear();
+        for (int p = 0; p < dim; p++) { jtr[p] = rhs[p]; for (int q = 0; q < dim; q++) { jtj(p, q) = m[p][q]; sums.push_back(m[p][q]); } }
+        sums.insert(sums.end(), rhs, rhs + dim);
         return cost;
     }
     // Levenberg-Marquardt over these equations from a start far away.

@@ -42,48 +42,39 @@ impl<'w, R> Lines<'w, R> {
 pub(crate) fn lift_twice<S: Lifting, R: Real>(span: &Span, v: &mut [R], e: &mut [R]) -> Option<()> {
     // Lifts run over all lines as if they were one; the ends, which they spoil, are kept apart.
     let mut kept = [[R::ZERO; 2]; MAX_LINES];
-    for (ends, places) in kept.iter_mut().zip(places(span, v.len())) {
-        if let Some([at, beside]) = places[0] {
-            ends[0] = S::first_at_end(*v.get(at)?, *e.get(beside)?);
-        }
-        if let Some([at, beside]) = places[1] {
-            ends[1] = S::first_at_end(*v.get(at)?, *e.get(beside)?);
-        }
-    }
+    at_ends(span, v, e, &mut kept, |v, beside, end| *end = S::first_at_end(*v, beside))?;
     let count = v.len().checked_sub(1)?;
     first::<S, R>(v.get_mut(1..)?, e.get(..count)?, e.get(1..)?);
     let weight = constant::<R>(S::END);
-    for (ends, places) in kept.iter().zip(places(span, v.len())) {
-        for (place, end) in places.iter().zip(ends) {
-            if let Some([at, _]) = place {
-                *v.get_mut(*at)? = weight * *end;
-            }
-        }
-    }
+    at_ends(span, v, e, &mut kept, |v, _, end| *v = weight * *end)?;
     second::<S, R>(e.get_mut(..count)?, v.get(..count)?, v.get(1..)?);
-    for (ends, places) in kept.iter().zip(places(span, v.len())) {
-        for (place, end) in places.iter().zip(ends) {
-            if let Some([at, beside]) = place {
-                *v.get_mut(*at)? = S::third_at_end(*end, *e.get(*beside)?);
-            }
+    at_ends(span, v, e, &mut kept, |v, beside, end| *v = S::third_at_end(*end, beside))
+}
+
+/// Visits the two ends of each line, as far as they belong to the span: the coarse sample, the detail beside it, and what is kept of it.
+#[inline(always)]
+fn at_ends<R: Real>(
+    span: &Span,
+    v: &mut [R],
+    e: &[R],
+    kept: &mut [[R; 2]; MAX_LINES],
+    visit: impl Fn(&mut R, R, &mut R),
+) -> Option<()> {
+    let (slots, len, [starts, ends]) = (slots(span), v.len(), [span.starts(), span.ends()]);
+    let mut line = 0;
+    for [first, last] in kept {
+        if line >= len {
+            break;
+        }
+        if starts {
+            visit(v.get_mut(line + 1)?, *e.get(line + 1)?, first);
+        }
+        line += slots;
+        if ends {
+            visit(v.get_mut(line.wrapping_sub(1))?, *e.get(line.wrapping_sub(2))?, last);
         }
     }
     Some(())
-}
-
-/// For each line of `len` slots: where its two ends stand, if they belong to the span, and the details beside them.
-#[inline(always)]
-fn places(span: &Span, len: usize) -> impl Iterator<Item = [Option<[usize; 2]>; 2]> {
-    let (slots, starts, ends) = (slots(span), span.starts(), span.ends());
-    let mut line = 0;
-    core::iter::from_fn(move || {
-        if line >= len {
-            return None;
-        }
-        let first = if starts { Some([line + 1, line + 1]) } else { None };
-        line += slots;
-        Some([first, if ends { Some([line - 1, line.wrapping_sub(2)]) } else { None }])
-    })
 }
 
 /// All three lifts.
