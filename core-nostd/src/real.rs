@@ -141,8 +141,30 @@ mod single {
     pub(super) use libm::{cosf, expf, sinf};
 }
 
-real!(f32, u32, libm::fabsf, libm::sqrtf, single::sinf, single::cosf, single::expf);
-real!(f64, u64, libm::fabs, libm::sqrt, libm::sin, libm::cos, libm::exp);
+/// Square roots, which are the same number everywhere. For x86 libm has them as assembly in the old encoding: among instructions on wide vectors each
+/// costs hundreds of cycles.
+#[cfg(all(feature = "inline-kernels", target_arch = "x86_64", target_feature = "sse2"))]
+mod root {
+    use safe_arch::{get_f32_from_m128_s, get_f64_from_m128d_s, set_m128_s, set_m128d_s, sqrt_m128_s, sqrt_m128d_s};
+
+    #[inline(always)]
+    pub(super) fn sqrtf(x: f32) -> f32 {
+        get_f32_from_m128_s(sqrt_m128_s(set_m128_s(x)))
+    }
+
+    #[inline(always)]
+    pub(super) fn sqrt(x: f64) -> f64 {
+        let x = set_m128d_s(x);
+        get_f64_from_m128d_s(sqrt_m128d_s(x, x))
+    }
+}
+#[cfg(not(all(feature = "inline-kernels", target_arch = "x86_64", target_feature = "sse2")))]
+mod root {
+    pub(super) use libm::{sqrt, sqrtf};
+}
+
+real!(f32, u32, libm::fabsf, root::sqrtf, single::sinf, single::cosf, single::expf);
+real!(f64, u64, libm::fabs, root::sqrt, libm::sin, libm::cos, libm::exp);
 
 #[cfg(test)]
 mod tests {

@@ -3,6 +3,7 @@
 use super::rows::{Rows, rows_req};
 use super::samples::{Sample, Samples};
 use crate::Error;
+use crate::Real;
 use crate::generator::block::lane_of_numbers;
 use crate::generator::{At, Block, Generator, LANES, NUMBERS, Weights};
 use crate::rotation::similarity::Similarity;
@@ -200,7 +201,7 @@ fn push_rows(
     let target = placement.inverse_applied(sample.target);
     let [x, y, z] = position;
     let difference = [x - target[0], y - target[1], z - target[2]];
-    let factor = placement.scale * libm::sqrtf(sample.weight);
+    let factor = placement.scale * Real::sqrt(sample.weight);
     // Rows by a loop, not by a closure called in several places: that would not be inlined and so keep the narrowest vectors.
     let (directions, count) = match sample.normal {
         Some(normal) => ([placement.inverse_rotated(normal).map(|value| factor * value), [0.0; 3], [0.0; 3]], 1),

@@ -3,6 +3,7 @@
 use super::normal_equations::{Frame, check_sample, normal_equations, normal_equations_req};
 use super::samples::{Sample, Samples};
 use crate::Error;
+use crate::Real;
 use crate::generator::{At, Generator, Weights};
 use crate::prior::Prior;
 use crate::rotation::similarity::Similarity;
@@ -131,7 +132,7 @@ pub fn fit_points<G: Generator + ?Sized, S: Samples + ?Sized>(
     #[cfg(feature = "log")]
     log::debug!("fit: {:?} after {} iterations, energy {}", outcome.status, outcome.iterations, outcome.energy);
     Ok(FitReport {
-        rms: libm::sqrtf(problem.distances / total_weight),
+        rms: Real::sqrt(problem.distances / total_weight),
         energy: outcome.energy,
         start_energy: outcome.start_energy,
         iterations: outcome.iterations,

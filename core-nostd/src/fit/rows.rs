@@ -7,6 +7,8 @@ use crate::workspace::{Requirement, Workspace, saturated};
 const GROUP: usize = 24;
 /// Columns that are summed side by side.
 const TILE: usize = 8;
+/// Rows of the total that are summed side by side: as many chains of additions as keep the units of a wide processor busy, one where registers are few.
+const BESIDE: usize = if cfg!(feature = "inline-kernels") { 4 } else { 1 };
 
 /// Collects rows `[J | r]` and sums their products: entry (p, q) of the total is `sum_k row_k[p] row_k[q]`.
 ///
@@ -50,21 +52,28 @@ impl<'w> Rows<'w> {
     /// Sums the group into the total.
     #[cfg_attr(all(feature = "inline-kernels", not(debug_assertions)), inline(always))]
     fn flush(&mut self) {
-        let (width, padded) = (self.width, self.padded);
+        let padded = self.padded.max(1);
         let Some(rows) = self.rows.get(..self.filled * padded) else { return };
-        for (p, total_row) in self.total.chunks_exact_mut(padded.max(1)).enumerate().take(width) {
-            let tiles = total_row.as_chunks_mut::<TILE>().0;
-            for (tile, total) in tiles.iter_mut().enumerate().skip(p / TILE) {
-                let mut sum = [0.0f32; TILE];
-                for row in rows.chunks_exact(padded.max(1)) {
-                    let factor = row.get(p).copied().unwrap_or(0.0);
-                    let Some(entries) = row.as_chunks::<TILE>().0.get(tile) else { continue };
-                    for (sum, entry) in sum.iter_mut().zip(entries) {
-                        *sum += factor * *entry;
+        for (group, total) in self.total.chunks_mut(padded.saturating_mul(BESIDE)).enumerate() {
+            let p = group * BESIDE;
+            for tile in p / TILE..padded / TILE {
+                let mut sums = [[0.0f32; TILE]; BESIDE];
+                let mut rest = rows;
+                while let Some((row, behind)) = rest.split_at_checked(padded) {
+                    rest = behind;
+                    let factors = row.get(p..).and_then(|row| row.first_chunk::<BESIDE>());
+                    let (Some(factors), Some(entries)) = (factors, row.as_chunks::<TILE>().0.get(tile)) else { break };
+                    for (sum, factor) in sums.iter_mut().zip(factors) {
+                        for (sum, entry) in sum.iter_mut().zip(entries) {
+                            *sum += *factor * *entry;
+                        }
                     }
                 }
-                for (total, sum) in total.iter_mut().zip(sum) {
-                    *total += sum;
+                for (total, sum) in total.chunks_exact_mut(padded).zip(sums) {
+                    let Some(total) = total.as_chunks_mut::<TILE>().0.get_mut(tile) else { break };
+                    for (total, sum) in total.iter_mut().zip(sum) {
+                        *total += sum;
+                    }
                 }
             }
         }

@@ -6,6 +6,7 @@ use super::local::{Local, Quadratic, Variables, local_req};
 use super::normal_equations::{Frame, check_sample};
 use super::samples::{Sample, Samples};
 use crate::Error;
+use crate::Real;
 use crate::format::Spread;
 use crate::generator::wavelet::{Locals, Multiscale, Stored};
 use crate::generator::{Generator, Weights};
@@ -383,7 +384,7 @@ impl<'a, S: Storage<'a>, P: Samples + ?Sized> Fit<'_, '_, 'a, S, P> {
             total += kept.weight;
             kept.store(numbers);
         }
-        self.placement.scale * libm::sqrtf(sum / total)
+        self.placement.scale * Real::sqrt(sum / total)
     }
 
     /// Improves the coefficients of a level, each once, and returns how many the samples reach.
