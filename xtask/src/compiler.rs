@@ -142,7 +142,7 @@ impl Compiler {
 const DEBIAN: &str = "/usr/bin/rustc";
 
 /// Turns off the pass of LLVM that miscompiles ARM code (examples/firmware/README.md, "A compiler fault").
-const PASS_OFF: &str = "-C llvm-args=-arm-load-store-opt=false";
+pub const PASS_OFF: &str = "-C llvm-args=-arm-load-store-opt=false";
 
 /// Whether the package's own configuration has the option: LLVM refuses it when it is given twice.
 fn turns_pass_off(folder: &str) -> bool {

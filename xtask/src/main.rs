@@ -35,6 +35,7 @@ mod public_functions;
 mod rust_hosts;
 mod side_by_side;
 mod sizes;
+mod stack;
 mod targets;
 mod test;
 mod vectors;
@@ -71,6 +72,8 @@ enum Command {
     Page,
     /// Proves that no entry of the kernel can panic or allocate.
     NoPanic,
+    /// Sums the stack that every entry of the kernel can take on a Cortex-M, and compares it with the budgets.
+    Stack(stack::Options),
     /// Feeds hostile inputs to every reader and compares the kernel with its reference, for a short time.
     Fuzz(fuzz::Options),
     /// Has the Khronos validator judge files of everything that our glTF writer can write.
@@ -100,6 +103,7 @@ fn main() -> ExitCode {
         Command::Web => wasm::web(),
         Command::Page => page::run(),
         Command::NoPanic => no_panic::run(),
+        Command::Stack(options) => stack::run(&options),
         Command::Fuzz(options) => fuzz::run(&options),
         Command::Gltf(options) => gltf::run(&options),
         Command::Docs => docs::run(),

@@ -67,6 +67,11 @@ pub fn run() -> Result<()> {
     Ok(())
 }
 
+/// Whether an exported function is an entry that is no control.
+pub fn is_entry(name: &str) -> bool {
+    PREFIXES.iter().any(|prefix| name.starts_with(prefix)) && !is_control(name)
+}
+
 fn is_control(entry: &str) -> bool {
     CONTROLS.iter().any(|(control, _)| *control == entry)
 }

@@ -11,6 +11,8 @@
 // Linked for its exported functions.
 extern crate habitus_ffi as _;
 
+// They allocate, which the compiler has no crate for where `cargo xtask stack` builds.
+#[cfg(not(target_os = "none"))]
 mod control;
 mod error;
 mod fit;

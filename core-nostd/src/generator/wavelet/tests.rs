@@ -168,6 +168,33 @@ proptest! {
     }
 
     #[test]
+    fn gradients_are_the_transposed_jacobian(waves in waves(), detail in 0usize..2, seed in 1u32..1000) {
+        let waves = Waves { levels: waves.levels.min(2), ..waves };
+        let (file, levels) = (waves.file(seed), waves.levels as usize);
+        let whole = opened(&file);
+        let generator = whole.with_levels(detail.min(levels), levels).unwrap();
+        let [identity, pose] = weights_of(&generator, seed);
+        let (blocks, dim) = (generator.block_count(), Generator::dim(&generator));
+        let (mut values, mut jacobian) = (vec![0.0; 48 * blocks], vec![f32::NAN; 48 * blocks * dim]);
+        let mut state = Vec::new();
+        let at = begun(&generator, Weights { identity: &identity, pose: &pose }, true, &mut state);
+        generator.linearise_at(at, 0..blocks, &mut values, &mut jacobian).unwrap();
+        let g = Stream::new(seed + 1).take(3 * generator.vertex_count());
+        let mut workspace = vec![f32::NAN; generator.gradient_req().numbers()];
+        let mut gradient = vec![f32::NAN; dim];
+        generator.gradient_at(at, &g, &mut gradient, &mut workspace).unwrap();
+        for (k, found) in gradient.into_iter().enumerate() {
+            let product = |c: usize| {
+                f64::from(jacobian[(c / 48 * dim + k) * 48 + c % 3 * 16 + c / 3 % 16]) * f64::from(g[c])
+            };
+            let (sum, size) = (0..g.len()).map(product).fold((0.0, 0.0), |(sum, size), x| (sum + x, size + x.abs()));
+            // As many roundings as there are terms, each of half a unit.
+            let tolerance = g.len() as f64 * f64::from(f32::EPSILON) * size;
+            prop_assert!((f64::from(found) - sum).abs() <= tolerance, "{} {} {}", k, found, sum);
+        }
+    }
+
+    #[test]
     fn derivatives_match_central_differences(waves in waves(), detail in 0usize..2, seed in 1u32..1000) {
         let waves = Waves { levels: waves.levels.min(2), ..waves };
         let file = waves.file(seed);
