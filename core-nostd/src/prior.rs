@@ -49,6 +49,9 @@ impl Prior<'_> {
     }
 
     /// Writes the bounds of each weight, `mean -+ scale * factor` or those that are given; infinite where there are none.
+    ///
+    /// Shapes: `lower` and `upper` have one entry for each weight, in the weights' units; those behind the shorter of them are untouched.
+    /// Errors: none; [`Prior::check`] refuses priors of another size before. Panics: never.
     pub fn write_bounds(&self, lower: &mut [f32], upper: &mut [f32]) {
         for (index, (lower, upper)) in lower.iter_mut().zip(upper).enumerate() {
             (*lower, *upper) = match self {

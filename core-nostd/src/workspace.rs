@@ -41,6 +41,8 @@ impl Requirement {
     }
 
     /// `Ok` when `given` numbers are enough.
+    ///
+    /// Errors: `WorkspaceTooSmall`. Panics: never.
     pub fn check(self, given: usize) -> Result<(), Error> {
         if given < self.numbers {
             return Err(Error::WorkspaceTooSmall { needed: saturated(self.numbers), given: saturated(given) });

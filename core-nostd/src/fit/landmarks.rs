@@ -17,7 +17,7 @@ pub struct LandmarkSamples<'a> {
 }
 
 impl<'a> LandmarkSamples<'a> {
-    /// Pairs the model's landmarks with as many positions.
+    /// Pairs the model's landmarks with as many positions, in the order of the file, in the model's unit (millimetres).
     ///
     /// Errors: `Unsupported` when the model has no landmarks, `DimensionMismatch`.
     pub fn new(model: &Model<'a>, targets: &'a [Option<[f32; 3]>]) -> Result<Self, Error> {

@@ -107,7 +107,9 @@ impl<'a> Model<'a> {
         Self::open_with(bytes, Checksums::Verify)
     }
 
-    /// As [`Model::open`]; the checksums of the sections may be skipped.
+    /// As [`Model::open`]; the checksums of the sections may be skipped, the header's is always checked.
+    ///
+    /// Errors: those of codes 3xx; with [`Checksums::Skip`] no `BadChecksum` of a section. Panics: never.
     pub fn open_with(bytes: &'a [u8], checksums: Checksums) -> Result<Self, Error> {
         let (header, count) = Header::read(bytes)?;
         let sections = Sections::new(bytes, count)?;

@@ -1,4 +1,6 @@
 //! Linear least squares by QR factorisation, also of matrices whose columns depend on each other.
+//!
+//! Source: Golub and Van Loan, Matrix Computations, 4th edition 2013, sections 5.3 and 5.5.
 
 use super::qr::{back_substituted_in_place, factor_in_place, norm, transpose_applied_in_place};
 use super::{at, set};

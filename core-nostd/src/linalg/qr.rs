@@ -134,7 +134,7 @@ pub fn transpose_applied_in_place<R: Real>(a: &[R], tau: &[R], b: &mut [R]) -> R
     Ok(())
 }
 
-/// Replaces `b` by `Q b`: the reflections of [`transpose_applied_in_place`] for k descending.
+/// Replaces `b`, one number for each row of the matrix, by `Q b`: the reflections of [`transpose_applied_in_place`] for k descending.
 ///
 /// Errors: `DimensionMismatch`. Panics: never.
 pub fn applied_in_place<R: Real>(a: &[R], tau: &[R], b: &mut [R]) -> Result<(), Error> {

@@ -1,4 +1,6 @@
 //! Levenberg-Marquardt minimisation of a sum of squares with bounds on the variables.
+//!
+//! Source: D. W. Marquardt, An algorithm for least-squares estimation of nonlinear parameters, J. Soc. Ind. Appl. Math. 11, 1963; the bounds are ours.
 
 use crate::linalg::cholesky;
 use crate::linalg::{at, set};
