@@ -39,6 +39,8 @@ pub struct Edge {
     pub to: usize,
     /// Byte of that node, where the reference is an absolute one.
     pub byte: u64,
+    /// It calls or jumps (known on a Cortex-M alone); others mention an address.
+    pub call: bool,
 }
 
 /// Everything that a static library defines and refers to.
@@ -50,6 +52,13 @@ pub struct Library {
     pub edges: Vec<Vec<Edge>>,
     /// Exported symbols: name to node.
     pub exported: BTreeMap<String, usize>,
+}
+
+/// Whether a relocation is one of Thumb code that calls or jumps.
+fn is_call(relocation: &object::Relocation) -> bool {
+    use object::elf::{R_ARM_THM_JUMP19, R_ARM_THM_JUMP24, R_ARM_THM_PC22};
+    let calls = [R_ARM_THM_PC22, R_ARM_THM_JUMP24, R_ARM_THM_JUMP19];
+    matches!(relocation.flags(), object::RelocationFlags::Elf { r_type } if calls.contains(&r_type))
 }
 
 impl Library {
@@ -78,7 +87,8 @@ impl Library {
             for symbol in file.symbols() {
                 let SymbolSection::Section(section) = symbol.section() else { continue };
                 let (name, Some(&node)) = (symbol.name()?, of_section.get(&(number, section))) else { continue };
-                if symbol.is_local() && (name.is_empty() || name.starts_with(".L")) {
+                // `$t` and the like mark where code and data begin.
+                if symbol.is_local() && (name.is_empty() || name.starts_with(".L") || name.starts_with('$')) {
                     continue;
                 }
                 if let Some(Node::Defined { name: known, .. }) = library.nodes.get_mut(node) {
@@ -108,7 +118,8 @@ impl Library {
                         _ => (None, 0),
                     };
                     if let (Some(to), Some(edges)) = (to, library.edges.get_mut(from)) {
-                        edges.push(Edge { offset, to, byte: start.wrapping_add_signed(relocation.addend()) });
+                        let byte = start.wrapping_add_signed(relocation.addend());
+                        edges.push(Edge { offset, to, byte, call: is_call(&relocation) });
                     }
                 }
             }

@@ -1,8 +1,8 @@
 //! `cargo xtask stack`: the most stack that each public entry of the kernel, for Rust or for C, can take on a Cortex-M, from its code alone.
 //!
 //! The compiler writes the frame of every function beside its code (`-Z emit-stack-sizes`). Along the calls of the library that the proof without panic
-//! inspects, compiled for size as firmware is, frames are summed to the deepest way. A function whose address is taken may be called from anywhere:
-//! the deepest of those that an entry reaches is added once. Recursion is an error. Frames of the caller and of interrupts are not in it.
+//! inspects, compiled for size as firmware is, frames are summed to the deepest way. A function whose address is mentioned may be called from anywhere:
+//! the deepest of those that an entry reaches is added, with those that it reaches in turn. Recursion is an error. Frames of the caller and of interrupts are not in it.
 
 use crate::archive::{Library, Node};
 use crate::compiler::{Build, Compiler, Kind};
@@ -20,6 +20,9 @@ const LIBRARY: &str = "habitus-no-panic";
 const ADDRESS: usize = 4;
 /// Where the compiler writes frames.
 const SIZES: &str = ".stack_sizes";
+
+/// In the mangled name of a writer's `core::fmt::Write::write_fmt`, which stands in the table that it mentions and never calls itself through it.
+const WRITE_FMT: &str = "3fmt5Write9write_fmt";
 
 /// Options of `cargo xtask stack`.
 #[derive(clap::Args)]
@@ -101,26 +104,52 @@ fn number(bytes: &[u8]) -> Option<u64> {
 
 /// The most stack below a function, itself included.
 fn deepest(library: &Library, frames: &BTreeMap<usize, u64>, entry: usize) -> Result<u64> {
-    let mut known = BTreeMap::new();
-    let called = depth(library, frames, entry, &mut known, &mut BTreeSet::new())?;
-    // Functions that constants mention, and those that these call.
-    let (mut seen, mut queue) = (BTreeSet::new(), vec![entry]);
-    let mut by_address = 0;
+    below(library, frames, entry, &mut BTreeMap::new(), &mut BTreeSet::new())
+}
+
+/// The same, `by_address` being the functions on the way that were called through an address.
+fn below(
+    library: &Library,
+    frames: &BTreeMap<usize, u64>,
+    function: usize,
+    known: &mut BTreeMap<usize, u64>,
+    by_address: &mut BTreeSet<usize>,
+) -> Result<u64> {
+    if !by_address.insert(function) {
+        let name = library.nodes[function].name();
+        if name.contains(WRITE_FMT) {
+            return Ok(0);
+        }
+        return Err(format!("{name} may call itself through an address: its stack has no bound").into());
+    }
+    let called = depth(library, frames, function, known, &mut BTreeSet::new())?;
+    let mut through = 0;
+    for other in mentioned(library, frames, function) {
+        through = through.max(below(library, frames, other, known, by_address)?);
+    }
+    by_address.remove(&function);
+    Ok(called + through)
+}
+
+/// The functions whose addresses are mentioned by what a function calls, and by the constants that this mentions.
+fn mentioned(library: &Library, frames: &BTreeMap<usize, u64>, function: usize) -> BTreeSet<usize> {
+    let (mut seen, mut queue, mut found) = (BTreeSet::new(), vec![function], BTreeSet::new());
     while let Some(node) = queue.pop() {
         if !seen.insert(node) {
             continue;
         }
-        for edge in &library.edges[node] {
-            if !frames.contains_key(&node) && frames.contains_key(&edge.to) {
-                by_address = by_address.max(depth(library, frames, edge.to, &mut known, &mut BTreeSet::new())?);
+        for edge in library.edges[node].iter().filter(|edge| edge.to != node) {
+            if frames.contains_key(&edge.to) && !edge.call {
+                found.insert(edge.to);
+            } else {
+                queue.push(edge.to);
             }
-            queue.push(edge.to);
         }
     }
-    Ok(called + by_address)
+    found
 }
 
-/// The deepest way from a function along references from code to code.
+/// The deepest way from a function along calls.
 fn depth(
     library: &Library,
     frames: &BTreeMap<usize, u64>,
@@ -137,7 +166,7 @@ fn depth(
     }
     let mut below = 0;
     // A jump within a function is a reference to its own section.
-    for edge in library.edges[node].iter().filter(|edge| edge.to != node) {
+    for edge in library.edges[node].iter().filter(|edge| edge.call && edge.to != node) {
         below = below.max(depth(library, frames, edge.to, known, way)?);
     }
     way.remove(&node);
@@ -169,6 +198,7 @@ mod tests {
     use super::*;
     use crate::archive::Edge;
 
+    /// Edges to the last two nodes mention an address, the others call.
     fn library(names: &[&str], edges: &[(usize, usize)]) -> Library {
         let mut library = Library::default();
         for name in names {
@@ -176,22 +206,27 @@ mod tests {
             library.edges.push(Vec::new());
         }
         for &(from, to) in edges {
-            library.edges[from].push(Edge { offset: 0, to, byte: 0 });
+            library.edges[from].push(Edge { offset: 0, to, byte: 0, call: to + 2 < names.len() });
         }
         library
     }
 
     #[test]
-    fn the_deepest_way_counts_and_functions_behind_constants_once() {
-        let graph = library(&["a", "b", "c", "d", "table", "e"], &[(0, 1), (0, 2), (1, 3), (0, 4), (4, 5), (4, 3)]);
+    fn the_deepest_way_counts_and_what_is_called_through_addresses() {
+        let ways = [(0, 1), (0, 2), (1, 3), (0, 4), (4, 5), (5, 3)];
+        let graph = library(&["a", "b", "c", "d", "table", "e"], &ways);
         let frames = BTreeMap::from([(0, 8), (1, 16), (2, 40), (3, 32), (5, 24)]);
-        assert_eq!(deepest(&graph, &frames, 0).map_err(|failure| failure.sentence), Ok(8 + 16 + 32 + 32));
+        // a, b, d, and through the table e, which calls d.
+        assert_eq!(deepest(&graph, &frames, 0).map_err(|failure| failure.sentence), Ok(8 + 16 + 32 + 24 + 32));
     }
 
     #[test]
-    fn recursion_is_refused() {
-        let graph = library(&["a", "b"], &[(0, 1), (1, 0)]);
-        assert!(deepest(&graph, &BTreeMap::from([(0, 8), (1, 8)]), 0).is_err());
+    fn recursion_is_refused_also_through_an_address() {
+        let frames = BTreeMap::from([(0, 8), (1, 8)]);
+        let by_calls = library(&["a", "b", "table", "other"], &[(0, 1), (1, 0)]);
+        assert!(deepest(&by_calls, &frames, 0).is_err());
+        let by_address = library(&["table", "a", "other"], &[(1, 0), (0, 1)]);
+        assert!(deepest(&by_address, &frames, 1).is_err());
     }
 
     #[test]
